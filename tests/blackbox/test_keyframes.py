@@ -120,6 +120,15 @@ def test_known_containers_keep_their_identity() -> None:
     assert bag == [0, "again"]
 
 
+def test_a_container_that_is_a_root_itself_is_set_back() -> None:
+    items = [1]
+    table = StateTable({"items": items})
+    state = table.capture()
+    items.append(2)
+    table.restore(state)
+    assert items == [1]
+
+
 def test_a_helper_of_the_robot_is_gone_into_and_stays_the_same_one() -> None:
     inner = Node(rate=1.0)
     node = Node(inner=inner, act=inner.act, rows=[Node(count=0)])
@@ -207,20 +216,38 @@ def test_any_number_of_things_may_be_held_by_two_places() -> None:
 
 
 def test_what_two_places_hold_is_one_again() -> None:
-    node = Node(first=None, second=None, pair=None)
+    known = Node()
+    node = Node(known=known, first=None, second=None, pair=None)
     table = StateTable({"node": node})
     shared, track = [Written.HERE_ALONE, 1], Track()
-    node.first, node.second, node.pair = shared, {"same": shared}, (track, track)
+    node.first, node.second, node.pair = shared, {"known": known, "same": shared}, (track, track)
     state = table.capture()
     node.first = node.second = node.pair = None
     table.restore(state)
     node.first.append(2)
-    assert node.second == {"same": [Written.HERE_ALONE, 1, 2]}
+    assert node.second == {"known": known, "same": [Written.HERE_ALONE, 1, 2]}
     assert node.pair[0] is node.pair[1]
 
 
 class Written(Enum):
     HERE_ALONE = 1
+
+
+class Fixed(np.random.bit_generator.ISeedSequence):
+    """A seed of a model's own, which counts no children."""
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> Any:  # noqa: ANN401 -- as numpy has it
+        return np.arange(n_words, dtype=dtype)
+
+
+def test_a_generator_by_a_models_own_seed_goes_on_where_it_was() -> None:
+    node = Node(value=None)
+    table = StateTable({"node": node})
+    node.value = np.random.PCG64(Fixed())  # type: ignore[arg-type]  # its stubs know less
+    state = table.capture()
+    drawn = node.value.random_raw()
+    table.restore(state)
+    assert node.value.random_raw() == drawn
 
 
 def test_generators_of_random_numbers_go_on_where_they_were() -> None:

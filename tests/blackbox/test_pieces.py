@@ -270,8 +270,11 @@ def test_what_a_session_has_recorded_is_copied_once_if_it_fits(tmp_path: Path) -
     assert persist(tmp_path / "none.recording", folder, 1 << 30) is None
     with pytest.raises(ConfigError, match=r"are more than recording\.keep_mib"):
         persist(path, folder, 1000)
-    copy = persist(path, folder, 1 << 30)
+    older = folder / "older.recording"
+    older.write_bytes(bytes(1 << 20))
+    copy = persist(path, folder, 1 << 20)
     assert copy is not None
+    assert list(folder.iterdir()) == [copy]  # the older one has made room
     assert copy.stem == read_recording(path).header.run
     assert every_section(copy) == every_section(path)
     assert persist(path, folder, 1 << 30) is None

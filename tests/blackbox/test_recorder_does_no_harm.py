@@ -1,6 +1,7 @@
 """A recorder changes nothing of a robot, ends no run, and makes none late."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,11 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.functions import Wrapped
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.hal.interlock import NotedInterlock
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import Size
@@ -45,6 +48,17 @@ class Listener(Atomic):
         self.any = self.in_port("any", list)
 
 
+def test_what_a_model_of_a_world_sends_is_counted_beside_what_the_robot_has_sent() -> None:
+    own, world, recorder = Speaker("own"), Speaker("world"), Recorder(VirtualClock())
+    tap_outputs([own, world], recorder.pending.sent)
+    send = partial(world.word.send, "hello")
+    tapped = recorder.instrument(world, Wrapped(world, send, world.internal, world.external, None))
+    own.word.send("so")
+    tapped.output()
+    assert recorder.pending.sent == [0, "so", 1, "hello"]
+    assert recorder.pending.world == [1]
+
+
 def test_a_value_too_deep_to_be_written_ends_no_run() -> None:
     deep: list[object] = []
     for _ in range(5000):
@@ -59,6 +73,26 @@ def test_answers_of_an_interlock_are_given_and_noted() -> None:
     recorder, answers = Recorder(VirtualClock()), [True, False]
     asked = recorder.interlock(answers.pop)
     assert [asked(), asked()] == recorder.pending.enabled == [False, True]
+
+
+class Enabled(NotedInterlock):
+    def __call__(self) -> bool:
+        return True
+
+
+def test_what_is_asked_outside_of_a_step_is_a_section_of_its_own() -> None:
+    recorder = Recorder(VirtualClock())
+    recorder.interlock(lambda: True)()
+    recorder.note(Kind.ARMED, extra=True)
+    sections = map(decode, recorder.before_the_run)
+    found = [(each.kind, each.enabled) for each in sections]
+    assert found == [(Kind.OUTSIDE, [True]), (Kind.ARMED, [])]
+
+
+def test_an_interlock_that_notes_its_answers_itself_is_given_where_to() -> None:
+    recorder, interlock = Recorder(VirtualClock()), Enabled()
+    assert recorder.interlock(interlock) is interlock
+    assert interlock.answers is recorder.pending.enabled
 
 
 def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:
@@ -80,18 +114,36 @@ def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:
 def test_a_recording_is_filled_ahead_where_there_is_time_until_the_next_step(
     tmp_path: Path,
 ) -> None:
-    recorder, ring = Recorder(VirtualClock()), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
+    clock = VirtualClock()
+    clock.start(SECOND)
+    recorder, ring = Recorder(clock), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
     recorder.write_into(lambda: ring, [], lambda: Captures(then=None), list, is_real_time=False)
-    recorder.go_on(SECOND)
-    recorder.begin(0)
+    recorder.go_on(2 * SECOND)
+    recorder.begin(SECOND)
     ring.write(bytes(3 * STEP))
     filled = [ring.filled]
     for left in (RESERVE - 1, RESERVE):
-        recorder.end(0, left)
+        recorder.end(SECOND, SECOND + left)
         filled.append(ring.filled)
-    recorder.until = RESERVE - 1  # the run ends before
-    recorder.end(0, SECOND)
+    recorder.until = SECOND + RESERVE - 1  # the run ends before
+    recorder.end(SECOND, 2 * SECOND)
     assert [each - filled[0] for each in (*filled, ring.filled)] == [0, 0, STEP, STEP]
+    ring.close()
+
+
+def test_a_keyframe_is_taken_only_where_there_is_time_until_the_next_step_and_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    captures, clock, taken = Captures(then=0), VirtualClock(), list[int]()
+    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
+    clock.start(SECOND)
+    recorder, ring = Recorder(clock), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
+    recorder.write_into(lambda: ring, [], lambda: captures, list, is_real_time=True)
+    for left, until in ((RESERVE - 1, NEVER), (MILLISECOND, RESERVE - 1), (RESERVE, NEVER)):
+        recorder.go_on(SECOND + until)
+        recorder.end(SECOND, SECOND + left)
+        taken.append(captures.captured - REHEARSED)
+    assert taken == [0, 0, 1]
     ring.close()
 
 

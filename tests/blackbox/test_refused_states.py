@@ -201,6 +201,15 @@ def _said(_: object, value: str) -> None:
 Computed.word = property(lambda _: "", _said)  # type: ignore[assignment]
 
 
+@dataclass
+class Overheard:
+    word: str = ""
+
+    def __getattribute__(self, name: str) -> object:
+        Proof.ran.append(f"get {name}")
+        return super().__getattribute__(name)
+
+
 class Checked(msgspec.Struct):
     word: str = ""
 
@@ -257,6 +266,7 @@ HOSTILE: dict[str, Any] = {
     "a plain class": {f"{here}:Helper": []},
     "a record that ends": {f"{here}:Ending": ["x"]},
     "a computed field": {f"{here}:Computed": ["x", "y"]},
+    "a field that is read by a function": {f"{here}:Overheard": ["x"]},
     "a class of a class": {f"{here}:OfMeta": ["x"]},
     "told of what derives from it": {f"{here}:Told": ["x"]},
     "too few fields": {f"{here}:Pair": [1.0]},

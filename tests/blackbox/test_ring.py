@@ -18,7 +18,15 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
 from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Size, size_for
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    PREFIX_SIZE,
+    SECTION,
+    Size,
+    most,
+    parts_of,
+    size_for,
+)
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import AHEAD, ALL, STEP, Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
@@ -63,6 +71,7 @@ def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
     assert ring.write(b"next") is False
     ring.close()
     assert ring.memory.closed
+    assert ring.path not in {each.resolve() for each in Path("/proc/self/fd").iterdir()}
     content = (tmp_path / "x.recording").read_bytes()
     number, used = CHUNK.unpack_from(content, PREFIX_SIZE)
     assert (number, used) == (1, CHUNK.size + 2 * SECTION.size + len(HEADER) + len(b"next"))
@@ -72,6 +81,21 @@ def test_a_header_that_leaves_no_room_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="header of 13000 bytes"):
         Ring(tmp_path / "x.recording", SIZE, bytes(13_000))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_takes_a_sixteenth_of_a_small_computers_memory_at_most(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    memory = {"SC_PHYS_PAGES": (416 << 20) // 4096, "SC_PAGE_SIZE": 4096}
+    monkeypatch.setattr(os, "sysconf", memory.__getitem__)
+    assert most() == 26 << 20
+
+
+def test_sections_are_parted_where_no_more_fit_and_one_that_is_too_long_stands_alone() -> None:
+    room = 2 * (SECTION.size + 5)
+    contents = [b"11111", b"22222", b"33333", bytes(room), b"44444"]
+    parts = list(parts_of(contents, room))
+    assert parts == [contents[:2], contents[2:3], contents[3:4], contents[4:]]
 
 
 def test_more_than_there_is_room_for_is_refused_at_once(tmp_path: Path) -> None:

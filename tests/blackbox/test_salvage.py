@@ -113,13 +113,20 @@ def test_a_file_without_its_beginning_is_read_by_its_headers(whole: bytes, lost:
 
 def test_bytes_that_are_missing_in_the_middle_cost_one_chunk_at_most(whole: bytes) -> None:
     places_of = list(places(whole))
-    begin, end = places_of[IN_A_CHUNK + 2][0], places_of[IN_A_CHUNK + 4][1]
+    begin, end = places_of[IN_A_CHUNK + 3][0], places_of[IN_A_CHUNK + 5][1]
     done, sections = saved(whole[: begin + 3] + whole[end - 5 :])
     in_the_middle, _ = done.lost
-    assert in_the_middle == "8 bytes of chunk 2 after 0.040 s before 0.066 s"
+    assert in_the_middle == "8 bytes of chunk 2 after 0.050 s before 0.077 s"
     every = sections_of(whole)
     assert [each for each in sections if each not in every] == []
-    assert sections == every[: IN_A_CHUNK + 2] + every[IN_A_CHUNK + 5 :]
+    assert sections == every[: IN_A_CHUNK + 3] + every[IN_A_CHUNK + 6 :]
+
+
+def test_a_chunk_that_is_missing_stays_a_gap_and_is_named(whole: bytes) -> None:
+    first, _, *others = recording_in(whole).chunks
+    done, _ = saved(file_of([first, *others]))
+    assert done.lost == ["chunks 2 to 2"]
+    assert recording_in(done.content).faults() == ["chunk 2 is missing"]
 
 
 def test_of_a_file_without_a_header_nothing_is_saved() -> None:

@@ -77,6 +77,14 @@ def test_the_field_within_a_value_is_named(then: object, now: object, found: obj
     assert differences(then, now) == [found]
 
 
+def test_a_function_that_is_no_more_what_it_was_built_as_is_named() -> None:
+    node = Node(value=math.sqrt)
+    table = StateTable({"node": node})
+    state = table.capture()
+    node.value = None
+    assert list(table.differences(state)) == [("node.value", {"as built": []}, None)]
+
+
 class Other:
     """Another class than a node's."""
 

@@ -131,6 +131,10 @@ EVERY = (
 def test_how_deep_a_section_goes_is_known_whatever_else_is_in_it(levels: int) -> None:
     first, last = (b"\x91" * each + b"\xc0" for each in (levels, MOST_DEPTH - 1))
     every = [msgspec.msgpack.encode(each) for each in EVERY]
+    every.append(b"\xca" + b"\x91" * 4)  # a float of 32 bits, which msgspec never writes
+    for each in every:
+        if len(each) < 1000:
+            assert is_too_deep(b"\x92" + each + first) is (levels == MOST_DEPTH)
     content = b"\xdc" + (len(every) + 2).to_bytes(2, "big")
     assert is_too_deep(content + b"".join([*every, first, last])) is (levels == MOST_DEPTH)
     assert is_too_deep(content + b"".join([last, *every, first])) is (levels == MOST_DEPTH)

@@ -14,7 +14,11 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Chunk, file_of
-from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
+from firmware_runtime.recording.blackbox.locations import (
+    find_recording,
+    kept_recordings,
+    recording_of_virtual_run,
+)
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.statistics.file import StatisticsFile
@@ -92,6 +96,19 @@ def test_a_kept_one_goes_by_its_name_and_says_why(command: Command, last: Path, 
         find_recording("detective-0009-crash-1")
 
 
+def test_what_was_kept_off_the_robot_is_looked_for_unless_one_directory_is_stated(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    off_the_robot = tmp_path / "state" / "firmware-runtime" / "detective"
+    off_the_robot.mkdir(parents=True)
+    for folder in (kept, off_the_robot):
+        (folder / "detective-0001.recording").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    assert [each.parent for each in kept_recordings("detective")] == [kept]
+    monkeypatch.delenv("FIRMWARE_RUNTIME_STATE_DIRECTORY")
+    assert [each.parent for each in kept_recordings("detective")] == [kept, off_the_robot]
+
+
 def test_one_in_another_folder_goes_by_its_path(
     command: Command, last: Path, tmp_path: Path
 ) -> None:
@@ -113,6 +130,7 @@ def test_how_one_that_is_cut_ended_is_unknown_and_one_that_is_none_is_a_row(
     assert (cut["end"], cut["whole"]) == ("unknown", False)
     assert "the file ends" in cut["faults"][0]
     assert "not a recording" in letter["faults"][0]
+    assert (letter["from_s"], letter["to_s"], letter["bytes"]) == (0.0, 0.0, 0)
     text = command("recordings").out
     assert "detective-0002" in text
 

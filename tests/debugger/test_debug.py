@@ -13,6 +13,7 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.recording.debugger.commands import Commands
 from firmware_runtime.recording.debugger.debugger import Debugger
 from firmware_runtime.recording.debugger.model_state import Models
@@ -98,6 +99,14 @@ def test_the_state_at_an_instant_is_the_same_by_every_way_there(travel: Travel) 
     assert travel.player.first is None
 
 
+def test_at_a_keyframe_the_last_value_of_each_port_is_there_however_long_ago_it_left(
+    travel: Travel,
+) -> None:
+    travel.go_to(travel.index_after(5 * SECOND))
+    assert travel.last["thrust_pairs.applied"] is Applied.ALL
+    assert {"imu.sample", "controller.yaw.command_n"} <= travel.last.keys()
+
+
 def test_events_go_forwards_and_backwards(debug: Debug) -> None:
     begin, first, second, third, back, start, earlier = debug(
         "next", "n", "next 1", "back", "rn 2", "back"
@@ -147,6 +156,12 @@ def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug:
     assert before["t_s"] == 0.5
 
 
+def test_what_a_port_sent_last_is_printed_and_else_an_attribute(debug: Debug) -> None:
+    _, sample, ports, reference = debug("p imu.sample", "ports imu", f"p {YAW}.reference")
+    assert sample["value"] == ports["ports"]["sample"] is not None
+    assert reference["value"] == 1.0
+
+
 def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("b imu.sample", "c", "break controller.yaw.internal", "delete 1", "d")
     assert answers[2]["reason"] == "breakpoint 1: imu.sample, after imu output"
@@ -160,6 +175,12 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("break controller.yaw.internal", "continue", "next")
     assert answers[2]["reason"] == f"breakpoint 1, before {YAW} internal"
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
+
+
+def test_behind_an_event_that_was_gone_back_to_breakpoints_are_stopped_at(debug: Debug) -> None:
+    function = f"{YAW}.internal"
+    *_, back, there = debug(f"b {function}", "next 2", "back", "c")
+    assert (back["event"], there["reason"]) == (1, f"breakpoint 1, before {YAW} internal")
 
 
 def test_a_breakpoint_of_values_stops_only_where_they_begin_to_be_so(debug: Debug) -> None:

@@ -25,6 +25,7 @@ def models() -> Models:
     """A robot with noses called after words of Python's, and one of two words."""
     robot, head = Coupled("robot"), Coupled("head-1")
     robot.add(head)
+    head.tilt = 2  # type: ignore[attr-defined]
     head.add(Nose("import"))
     head.add(Nose("nose tip"))
     robot.add(Nose("5"))
@@ -45,6 +46,7 @@ def models() -> Models:
         ("'head-1.import.angle/rad' == 'head-1.nose tip'", False),
         ("5.angle == 9", True),
         ("pass.turns == 3", True),
+        ("head-1.tilt == 2", True),
         ("head-1.import.turns < 5", True),
     ],
 )

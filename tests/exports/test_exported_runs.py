@@ -141,8 +141,13 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
 
 def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
     read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9), began(run))
-    ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
+    messages = read["/tachobot/imu/data_raw"]
+    ats = [at for at, _ in messages]
     assert (min(ats), max(ats), len(ats)) == (850_000_000, 900_000_000, 6)
+    headers = [each.header for _, each in messages]
+    stamps = [each.stamp.sec * SECOND + each.stamp.nanosec for each in headers]
+    assert stamps == [began(run) + at for at in ats]
+    assert {each.frame_id for each in headers} == {"imu_link"}
 
 
 def test_dates_are_those_that_the_run_has_noted(recording: Recording, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.recording.value_writer import DEEPEST
-from firmware_runtime.recording.values import UnknownValue, encoded, made, unpack
+from firmware_runtime.recording.values import Reader, UnknownValue, encoded, made, unpack
 
 
 class Colour(Enum):
@@ -103,6 +103,7 @@ def test_what_cannot_be_written_down_is_refused(value: object) -> None:
         {"firmware_drivers.thrust_pairs:Forces": [1.0]},
         {"firmware_drivers.thrust_pairs:math.pi": []},
         {"no_such_module:Thing": []},
+        {"msgspec.structs:FieldInfo": ["a", "a", 1, 2, 3]},
         {"array": ["|O", [1], b"\0" * 8]},
         {"tests.recording:Colour": ["BLUE"]},
         {},
@@ -114,6 +115,12 @@ def test_what_cannot_be_written_down_is_refused(value: object) -> None:
 def test_a_file_makes_only_records_that_the_model_knows(form: object) -> None:
     with pytest.raises(UnknownValue):
         made(form)
+
+
+def test_what_has_not_been_made_yet_is_said_not_to_be() -> None:
+    reader = Reader(known=lambda number: number)
+    with pytest.raises(UnknownValue, match="nothing has been made as that"):
+        reader.made({"list": [{"same": [0]}]})
 
 
 def test_a_struct_comes_back_as_it_was_after_its_own_function() -> None:

@@ -153,6 +153,15 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
         assert random.getstate() == before
 
 
+def test_back_where_numpy_had_not_been_loaded_it_begins_again() -> None:
+    stood, before, drawn = chance.places(), np.random.get_state(), list[float]()  # noqa: NPY002
+    for _ in range(2):
+        chance.Places([*stood[:3], None]).put(None)
+        drawn.append(np.random.normal())  # noqa: NPY002
+    assert drawn[0] == drawn[1]
+    np.random.set_state(before)  # noqa: NPY002
+
+
 def test_a_numpy_without_generators_is_missed_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(np, "__path__", [])

@@ -6,11 +6,14 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Wrapped
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, Kind, Section, Transfer
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.feed import Feed, OpenFeed
+from firmware_runtime.recording.replay.rebuilt_robot import PlayedWorld
 
 AT = 3 * SECOND
 HEADER = Header(
@@ -152,6 +155,19 @@ def test_what_the_world_sent_is_found_by_its_place_and_its_ports(feed: Feed) -> 
     assert feed.world_sent(2, {3, 4}) is None
 
 
+def test_what_a_world_sent_that_is_no_value_of_its_port_is_sent_as_it_was_written(
+    feed: Feed,
+) -> None:
+    world, sent = Atomic("world"), list[Any]()
+    world.out_port("place", float).record(3, sent)
+    loaded = section(sent=(3, {"unknown": "robot:Place"}, 3, 1))
+    loaded.world = [2]
+    feed.load(loaded)
+    own = Wrapped(world, world.output, world.internal, world.external, None)
+    PlayedWorld(frozenset(), feed, sent).instrument(world, own).output()
+    assert sent == [3, {"unknown": "robot:Place"}, 3, 1.0]
+
+
 # A feed of other code ----------------------------------------------------------------------------
 
 
@@ -221,6 +237,10 @@ def test_other_code_is_given_what_the_world_sent_in_the_order_of_its_ports(
     assert open_feed.world_sent(9, {3}) == (3, 0.6)
     open_feed.load(section(sent=(3, 0.7)))
     assert open_feed.world_sent(0, {3}) == (3, 0.7)
+
+
+def test_each_kind_of_section_has_the_number_that_it_has_in_files() -> None:
+    assert list(Kind.__members__.values()) == list(range(15))
 
 
 @pytest.mark.parametrize(

@@ -188,6 +188,16 @@ def test_a_value_that_is_recorded_otherwise_is_the_first_difference(path: Path) 
     assert was != "another"
 
 
+def test_what_entered_at_a_port_that_is_not_there_is_a_difference(path: Path) -> None:
+    sections = [decode(each) for each in every_section(path)]
+    step = next(each for each in sections if each.kind is Kind.STEP)
+    step.entered = [("nowhere", 1.0)]
+    rewrite(path, [msgspec.msgpack.encode(each) for each in sections])
+    verdict = replayed(path)
+    assert verdict.differences == 1
+    assert verdict.first == Difference(step.at, "value", "", "nowhere", 1.0, NOTHING)
+
+
 def test_chunks_that_are_missing_are_named(path: Path) -> None:
     chunks = recording_in(in_chunks(path, 1)).chunks
     odd = [each for each in chunks if each.number % 2 == 1 and each.number < 12]

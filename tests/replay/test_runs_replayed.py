@@ -19,7 +19,7 @@ from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.stretch import Stretch
-from firmware_runtime.recording.replay.verdict import replay
+from firmware_runtime.recording.replay.verdict import replay, verdict_lines
 from firmware_runtime.runs.session import Session
 from tests.support.recorded import record as record_run
 from tests.support.replayed import check_identical, opened, replayed
@@ -105,7 +105,9 @@ def test_a_world_that_ended_a_run_ends_its_replay(
 
     break_world = failing(lambda count: count == 150, ZeroDivisionError("float division by zero"))
     monkeypatch.setattr(Session, "run", run)
-    check_identical(record("tachobot", before=break_world))
+    path = record("tachobot", before=break_world)
+    lines = verdict_lines(opened(path)[0], check_identical(path), 1)
+    assert any(line.startswith("  it ended so again: ") for line in lines)
 
 
 @pytest.mark.slow

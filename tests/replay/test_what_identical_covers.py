@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
@@ -21,12 +22,13 @@ from firmware_runtime.devs.ports import OutPort, Owner, Sent
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.reader import kind_of
-from firmware_runtime.recording.blackbox.section import Kind
+from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.recording.classes import (
     MOST_WORDS,
     NO_WORD,
     NotedClasses,
     ReadClasses,
+    compare_classes,
 )
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
@@ -65,6 +67,10 @@ class Place(NamedTuple):
 class Reading(Struct):
     x: float
     names: Any = ()
+
+
+class Empty(Struct, frozen=True):
+    pass
 
 
 class Colour(IntEnum):
@@ -304,6 +310,21 @@ def test_a_run_that_fails_otherwise_is_a_difference_with_both_texts(
         assert "worn out" in str(said) or error is not WORN
 
 
+def test_of_a_run_whose_end_does_not_say_what_was_raised_the_reason_is_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raising(monkeypatch)
+    ERRORS[:] = [WORN]
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    *sections, last = every_section(path)
+    end = decode(last)
+    del end.extra["raised"], end.extra["in_step"]
+    for state, is_identical in ((end.extra["state"], True), ("ended", False)):
+        end.extra["state"] = state
+        rewrite(path, [*sections, msgspec.msgpack.encode(end)])
+        assert replayed(path)[0].is_identical is is_identical
+
+
 def test_what_is_raised_in_the_last_step_of_a_recording_that_breaks_off_is_a_difference(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -339,13 +360,20 @@ class Noting:
         return found
 
 
+def test_of_a_value_that_a_run_did_not_look_into_the_outside_alone_is_compared() -> None:
+    noted, value = f"~{__name__}:Reading(x=_, names=%s)", Reading(1.0, ((1, 2.0), [3]))
+    assert compare_classes(noted % "tuple", value)[0] is None
+    assert compare_classes(noted % "list", value)[0] is False
+
+
 def test_classes_are_noted_as_they_change() -> None:
     noted, read = Noting(), ReadClasses()
     for value in (0.5, None, True):
         assert noted.note([3, value]) in ([0, "_"], None)
     assert noted.note([3, 1, 3, 0.5, 3, 2]) == [0, "int", 1, 0, 2, 1]
     assert noted.note([3, 3]) is None
-    assert noted.note([4, Point(1.0, 2.0)]) is not None
+    assert noted.note([5, Empty()]) == [0, f"{__name__}:Empty"]
+    assert noted.note([4, Point(1.0, 2.0)]) == [0, f"~{__name__}:Point(x=_, y=_)"]
     assert noted.note([4, Point(1.0, 3.0)]) is None
     changed = noted.note([4, Point((1, Colour.RED), 3.0)])  # type: ignore[arg-type]
     assert changed is not None

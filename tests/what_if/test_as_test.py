@@ -6,16 +6,23 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.layout import file_of
-from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind, decode, encode_sent, sent_of
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
+from firmware_runtime.recording.what_if.checkout import Answer
+from firmware_runtime.recording.what_if.what_if import Question, answer
 from tests.support.allocation import has_attribute
 from tests.support.command import Command
-from tests.support.recorded import every_section, in_chunks, record
+from tests.support.own_interpreter import with_interpreter
+from tests.support.recorded import every_section, in_chunks, record, rewrite
+from tests.support.replayed import check_identical
 
 GAIN = "controller.yaw.kp=0.8"
 Write = Callable[..., dict[str, Any]]
@@ -44,7 +51,17 @@ def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> 
     assert 5.9 < said["from_s"] < 6
     assert (said["until_s"], said["difference"]) == (6.5, None)
     assert 50 <= said["steps"] <= 52
-    assert_replays(said["recording"])
+    check_identical(Path(said["recording"]))
+
+
+def test_a_stretch_of_a_run_whose_beginning_is_lost_is_compared_as_a_whole(
+    flight: Path, tmp_path: Path, command: Command
+) -> None:
+    path, sections = tmp_path / "late.recording", every_section(flight)
+    path.write_bytes(flight.read_bytes())
+    rewrite(path, sections[[*map(kind_of, sections)].index(Kind.KEYFRAME) :], number=2)
+    words = ("--from", 0.8, "--until", 0.9, "--as-test", tmp_path / "test_late.py")
+    check_identical(Path(command.document("replay", path, *words)["recording"]))
 
 
 def test_a_piece_from_the_start_has_all_that_the_run_has_up_to_there(
@@ -71,6 +88,16 @@ def test_a_change_in_the_last_digits_is_shown_too(write: Write) -> None:
     assert difference_of(Path(said["recording"]))[0] is None
     first = difference_of(Path(said["recording"]), ["controller.yaw.ki=0.0100001"])[0]
     assert first == said["difference"]
+
+
+def test_what_the_code_of_a_folder_changes_is_asked_of_that_code(
+    write: Write, flight: Path, tmp_path: Path
+) -> None:
+    found = answer(Question(recording=str(flight), assignments=[GAIN], until=SECOND))
+    (tmp_path / "answer").write_bytes(msgspec.json.encode(Answer(found, used=1)))
+    folder = with_interpreter(tmp_path / "checkout", f"cat '{tmp_path / 'answer'}'")
+    said = write("--with", folder, "--until", 1)
+    assert said["difference"] == found.first_difference is not None
 
 
 @pytest.mark.slow
@@ -123,6 +150,24 @@ def test_what_can_be_no_test_is_refused_and_nothing_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_a_run_sent_otherwise_in_its_last_step_is_shown_from_a_keyframe(
+    tmp_path: Path, command: Command
+) -> None:
+    path = record(tmp_path / "run.recording", "tachobot", 0.8)
+    number = read_recording(path).header.ports.index("controller.yaw.command_n")
+    sections = [decode(each) for each in every_section(path)]
+    while number not in (sent := dict(sent_of(sections[-1]))):
+        sections.pop()
+    pairs = (sent | {number: "another"}).items()
+    sections[-1].sent = msgspec.Raw(encode_sent([part for pair in pairs for part in pair]))
+    rewrite(path, [msgspec.msgpack.encode(each) for each in sections])
+    said = command.document("replay", path, "--as-test", tmp_path / "test_that_day.py")
+    assert (said["difference"]["field"], said["difference"]["recorded"]) == ("command_n", "another")
+    assert 0.7 < said["until_s"] <= 0.8
+    with pytest.raises(AssertionError, match="another"):
+        assert_replays(said["recording"])
+
+
 def test_a_test_is_not_written_over(write: Write, flight: Path, command: Command) -> None:
     said = write("--until", 0.2)
     command.refused("replay", flight, "--as-test", said["test"])
@@ -150,4 +195,5 @@ def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
     path.write_bytes(file_of([*chunks[:2], *chunks[3:]]))
     (lacking,) = read_recording(path).faults()
     assert command.document("replay", path, "--as-test", test)["faults"] == [lacking]
+    assert test.read_text().startswith(f'"""{read_recording(path).header.run}, ')
     assert f"recording is not whole: {lacking}" in " ".join(test.read_text().split())

@@ -11,6 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from xml.etree.ElementTree import fromstring
 
+import msgspec
 import pytest
 
 from firmware_runtime.board.local_settings import board_in_force
@@ -28,12 +29,14 @@ from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.replay.verdict import played
 from firmware_runtime.recording.what_if import watch
+from firmware_runtime.recording.what_if.checkout import Answer, ask
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
 from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
-from tests.support.recorded import record
+from tests.support.own_interpreter import with_interpreter
+from tests.support.recorded import every_section, record, rewrite
 from tests.support.replayed import check_identical, opened
 
 YAW = "controller.yaw.command_n"
@@ -92,6 +95,22 @@ def test_it_is_said_whether_an_output_would_have_been_another(flight: Path) -> N
     assert "outputs and fields of" in other
 
 
+def test_a_question_that_says_no_more_is_about_the_run_from_its_start(flight: Path) -> None:
+    found = answer(Question(recording=str(flight), until=SECOND // 10))
+    stated = _asked(flight, begin_s=0, span_s=0.1)
+    assert (found.steps, found.events) == (stated.steps, stated.events)
+
+
+def test_a_run_without_a_step_says_nothing_of_what_would_have_been(
+    flight: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "start.recording"
+    path.write_bytes(flight.read_bytes())
+    rewrite(path, every_section(flight)[:2])  # built, and its chips found
+    found = _asked(path)
+    assert (found.steps, found.differences, found.identical) == (0, 0, False)
+
+
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
     recorded = read_recording(flight).header.table["controller"]["yaw"]["kp"]
     assert _asked(flight, f"controller.yaw.kp={recorded}", begin_s=6).identical
@@ -138,6 +157,14 @@ def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
     written = sum(gone.pop(name) for name in ("i2c1 0x40", "i2c1 0x68"))
     assert found.structure["transfers no longer made"] == written
     assert found.structure["values no longer made"] == sum(gone.values())
+
+
+def test_steps_in_which_a_changed_robot_has_nothing_to_do_are_said(flight: Path) -> None:
+    found = _asked(flight, "controller.period_s=0.02", span_s=0.5)
+    assert found.structure["steps no longer made"] == 25
+    assert found.first_difference is not None
+    first = {name: found.first_difference[name] for name in ("what", "recorded", "replayed")}
+    assert first == {"what": "step", "recorded": "recorded", "replayed": NOTHING}
 
 
 def test_what_a_step_of_its_own_asks_for_is_of_that_step_s_instant(flight: Path) -> None:
@@ -192,6 +219,32 @@ def test_other_code_answers_in_a_process_of_its_own(
     assert late["outputs"].keys() == said["outputs"].keys()
     changed.write_text("is no Python")
     assert "SyntaxError" in command.refused(*what)
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("kill -9 $$", "ended by signal 9"),
+        ("echo '- no such robot' >&2; exit 3", ": no such robot"),
+        ("exit 3", "without a word"),
+        ("echo Python", "not one of this version"),
+    ],
+)
+def test_a_process_that_gives_no_answer_is_refused_with_what_it_said(
+    flight: Path, tmp_path: Path, script: str, said: str
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        ask(Question(recording=str(flight)), with_interpreter(tmp_path, script))
+
+
+def test_an_answer_is_taken_of_a_process_that_used_the_folder(flight: Path, tmp_path: Path) -> None:
+    found, written = _asked(flight, span_s=0.1), tmp_path / "answer"
+    folder = with_interpreter(tmp_path, f"cat '{written}'")
+    written.write_bytes(msgspec.json.encode(Answer(found, used=1)))
+    assert ask(Question(recording=str(flight)), folder) == found
+    written.write_bytes(msgspec.json.encode(Answer(found, used=0)))
+    with pytest.raises(ConfigError, match="no module of the robot is in it"):
+        ask(Question(recording=str(flight)), folder)
 
 
 @pytest.mark.slow

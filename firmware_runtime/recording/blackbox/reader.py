@@ -216,7 +216,7 @@ def read_recording(path: Path) -> Recording:
 def _recording(file: RingFile, path: Path) -> Recording:
     check_prefix(file, path)
     length = file.status.st_size
-    with_a_head = max(length - PREFIX_SIZE - (CHUNK.size - 1), 0)
+    with_a_head = length - PREFIX_SIZE - (CHUNK.size - 1)
     present = min(file.count, -(-with_a_head // file.chunk_size))
     read = {place: _chunk(file.chunk(place), file.chunk_size) for place in range(present)}
     found = [each for each in read.values() if each is not None and len(each.contents) > 0]
