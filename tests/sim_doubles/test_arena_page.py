@@ -138,6 +138,17 @@ def test_a_run_without_pings_and_states_or_that_ended_at_once_is_shown_too() -> 
     assert len(list(shapes(arena_page(log, 0, "nothing"), "target"))) == 1
 
 
+def test_a_vehicle_is_drawn_again_where_it_has_turned_and_not_where_it_stayed() -> None:
+    rig = ArenaRig()
+    log = ArenaLog(rig.arena)
+    log.enter(0, "controller", "Idle")
+    log.enter(SECOND, "controller", "Look")
+    assert len(list(shapes(arena_page(log, 2 * SECOND, "still"), "ghost"))) == 1
+    rig.drive(2 * SECOND, 20, -20)
+    log.enter(3 * SECOND, "controller", "Idle")
+    assert len(list(shapes(arena_page(log, 4 * SECOND, "turned"), "ghost"))) == 2
+
+
 def test_the_log_gives_the_arenas_echoes_and_the_stays_between_entries() -> None:
     rig = ArenaRig(ArenaParameters(target=(0.0, 1.0)))
     log = ArenaLog(rig.arena)

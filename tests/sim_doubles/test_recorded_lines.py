@@ -253,7 +253,9 @@ def test_a_port_gives_its_bytes_in_their_place_and_compares_what_is_written(seri
     written = arrived = 0
     for name, port in ports.items():
         for each in recorded(serial, name):
+            assert serial.over == [] or not each.answer
             if each.address == WRITE:
+                assert serial.over == []
                 port.write(each.messages)
                 written += 1
             else:
