@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.view.parts import Lanes, Page, Plane, Series, Shape, Text
+from firmware_runtime.view.parts import Bound, Lanes, Page, Plane, Series, Shape, Text
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_page import arena_page, arena_plane
@@ -90,6 +90,10 @@ def test_a_vehicle_that_moves_is_drawn_round_its_centre_with_nose_and_sonar_at_i
     assert ahead.at == (body.radius, 0.0)
     assert nose.points[0] == pytest.approx(ahead.at)
     assert radar.at == (0.0, 0.0)
+    bearing = head.heading_rad
+    assert isinstance(bearing, Bound)
+    shown = [bearing.offset + bearing.scale * degrees for degrees in (0.0, 90.0)]
+    assert shown == pytest.approx([math.pi / 2, 0.0]), "north is up, east to the right"
     (pointer,) = head.shapes
     x_m, y_m = pointer.points[0]
     assert 0.0 < x_m < body.radius
