@@ -238,6 +238,16 @@ def test_both_drive_alike_whatever_the_treads_get_and_remember_it() -> None:
         assert quantized.arena.pose(earlier) == pytest.approx(pose, abs=20 * QUANTUM)
 
 
+def test_both_drive_alike_where_nothing_asked_between_two_orders() -> None:
+    exact, quantized = both(SLIPPING)
+    for rig in (exact, quantized):
+        rig.drive(0, 60, -20, step=20)
+        rig.drive(SECOND, -20, 60)  # at once
+        rig.drive(2 * SECOND, 40, 30, step=20)
+    pose = exact.arena.pose(3 * SECOND)
+    assert quantized.arena.pose(3 * SECOND) == pytest.approx(pose, abs=20 * QUANTUM)
+
+
 @pytest.mark.parametrize(
     "obstacle",
     [

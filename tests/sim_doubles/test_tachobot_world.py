@@ -15,6 +15,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
+from sim_doubles.inertial_truth import ChipAxes, Vector
 from sim_doubles.worlds.position_sensor import PositionSensor, TruePose
 from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.tachobot import (
@@ -316,6 +317,20 @@ def test_a_pair_that_pushes_otherwise_is_seen(first: list[float], elapsed_s: flo
         plain.advance(elapsed_s)
         assert pairs.turn_for(1.0, elapsed_s) == (force.settled, force.single, force.double)
         assert pairs._speeds == plain._speeds
+
+
+@pytest.mark.parametrize(
+    ("mounting", "felt"),
+    [
+        ("+x +y +z", (1.0, 2.0, 3.0)),
+        ("+y -x +z", (-2.0, 1.0, 3.0)),  # its y axis lies along the body's x axis
+        ("+z +x -y", (2.0, -3.0, 1.0)),
+    ],
+)
+def test_a_chip_feels_along_its_own_axes(mounting: str, felt: Vector) -> None:
+    axes = ChipAxes(mounting)
+    assert axes.turn_vector((1.0, 2.0, 3.0)) == felt
+    assert axes.is_identity == (mounting == "+x +y +z")
 
 
 DELAY_S = 0.12
