@@ -26,6 +26,7 @@ from sim_doubles.worlds.tachobot import (
 )
 from tests.support.executives import Run
 from tests.support.stalling_clock import StallingClock
+from tests.support.virtual_tachobot import virtual_tachobot
 
 NEUTRAL = (0.5,) * 8
 FREE = TachobotParameters(
@@ -84,6 +85,8 @@ def test_each_force_pushes_and_turns_as_equation_1_says(
     push = 0.40 / 3.0 * 1e-3
     assert moved.vx_m_s == pytest.approx(forward * push, abs=1e-6)
     assert moved.vy_m_s == pytest.approx(left * push, abs=1e-6)
+    felt = rig.world.motion(SECOND // 1000).acceleration
+    assert felt == pytest.approx((forward * 0.40 / 3.0, left * 0.40 / 3.0, 9.80665))
     assert moved.yaw_rate_rad_s == pytest.approx(turning * 0.20 / 0.075 * 0.40 * 1e-3)
 
 
@@ -388,6 +391,14 @@ def test_the_stated_share_is_dropped_by_seed() -> None:
     assert first != other
     assert len(first) / 238 == pytest.approx(0.7, abs=0.04)
     assert sent(10.0, dropout=1.0) == []
+
+
+@pytest.mark.parametrize(("yaw", "port"), [("false", "position"), ("true", "pose")])
+def test_the_robot_gets_what_the_sensor_sees_of_it(yaw: str, port: str) -> None:
+    robot = virtual_tachobot("controller.mode=track", f"world.position.yaw={yaw}")
+    robot.run(0.3)
+    seen = robot.received[f"position_sensor.{port}"]
+    assert robot.received[f"position_input.{port}"] == seen != []
 
 
 def test_in_an_outage_nothing_is_measured() -> None:
