@@ -50,7 +50,6 @@ class QuantizedVehicle:
         self._wheel_angles, self._wheels_change_at = wheel_angles, wheels_change_at
         self._simulation = Simulation(_system(parameters))
         self._pasts = [self._past(name) for name in ("x", "y", "heading")]
-        self._simulation.advance(0)
         # The even motion under way
         self._since = 0
         self._angles = wheel_angles(0)

@@ -124,6 +124,11 @@ def test_the_plant_follows_and_holds(bench: Bench) -> None:
     assert bench.faults == []
 
 
+def test_the_plant_stands_at_its_start_until_time_has_passed() -> None:
+    plant = ServoPlant(ServoParameters(start_rad=0.3), lambda: 2500.0)
+    assert plant.angle_rad(0) == 0.3
+
+
 def test_the_end_leaves_everything_off(bench: Bench) -> None:
     bench.put(100, pan=0.2, tilt=0.3)
     bench.servos.exit()

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.view.parts import Lanes, Page, Plane, Series, Shape, Text
+from firmware_runtime.view.parts import Bound, Lanes, Page, Plane, Series, Shape, Text
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_page import arena_page, arena_plane
@@ -90,6 +90,10 @@ def test_a_vehicle_that_moves_is_drawn_round_its_centre_with_nose_and_sonar_at_i
     assert ahead.at == (body.radius, 0.0)
     assert nose.points[0] == pytest.approx(ahead.at)
     assert radar.at == (0.0, 0.0)
+    bearing = head.heading_rad
+    assert isinstance(bearing, Bound)
+    shown = [bearing.offset + bearing.scale * degrees for degrees in (0.0, 90.0)]
+    assert shown == pytest.approx([math.pi / 2, 0.0]), "north is up, east to the right"
     (pointer,) = head.shapes
     x_m, y_m = pointer.points[0]
     assert 0.0 < x_m < body.radius
@@ -136,6 +140,17 @@ def test_a_run_without_pings_and_states_or_that_ended_at_once_is_shown_too() -> 
     log = ArenaLog(ArenaRig().arena)
     log.enter(0, "controller", "Idle")
     assert len(list(shapes(arena_page(log, 0, "nothing"), "target"))) == 1
+
+
+def test_a_vehicle_is_drawn_again_where_it_has_turned_and_not_where_it_stayed() -> None:
+    rig = ArenaRig()
+    log = ArenaLog(rig.arena)
+    log.enter(0, "controller", "Idle")
+    log.enter(SECOND, "controller", "Look")
+    assert len(list(shapes(arena_page(log, 2 * SECOND, "still"), "ghost"))) == 1
+    rig.drive(2 * SECOND, 20, -20)
+    log.enter(3 * SECOND, "controller", "Idle")
+    assert len(list(shapes(arena_page(log, 4 * SECOND, "turned"), "ghost"))) == 2
 
 
 def test_the_log_gives_the_arenas_echoes_and_the_stays_between_entries() -> None:

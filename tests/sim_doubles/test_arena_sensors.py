@@ -301,6 +301,7 @@ def test_what_cannot_be_is_refused_with_what_was_expected(
         {"target": (0.0, 0.24)},
         {"obstacles": ((0.0, -0.3, 0.2),)},
         {"walls": ((-1.0, 0.1, 1.0, 0.1),)},
+        {"walls": ((-1.0, 0.15, 1.0, 0.15),)},  # as far away as its body reaches
     ],
 )
 def test_a_start_that_touches_something_is_refused(overrides: dict[str, Any]) -> None:

@@ -238,6 +238,28 @@ def test_both_drive_alike_whatever_the_treads_get_and_remember_it() -> None:
         assert quantized.arena.pose(earlier) == pytest.approx(pose, abs=20 * QUANTUM)
 
 
+def test_both_drive_alike_where_nothing_asked_between_two_orders() -> None:
+    exact, quantized = both(SLIPPING)
+    for rig in (exact, quantized):
+        rig.drive(0, 60, -20, step=20)
+        rig.drive(SECOND, -20, 60)  # at once
+        rig.drive(2 * SECOND, 40, 30, step=20)
+    pose = exact.arena.pose(3 * SECOND)
+    assert quantized.arena.pose(3 * SECOND) == pytest.approx(pose, abs=20 * QUANTUM)
+
+
+@pytest.mark.parametrize("after", [0, 500, SECOND])
+def test_a_push_turns_both_from_its_instant_on_however_soon_it_comes(after: int) -> None:
+    for rig in both(OPEN):
+        rig.drive(0, 20, 20)
+        rig.drive(SECOND, 30, 30)
+        before = rig.arena.pose(SECOND + after - 1).heading_rad
+        rig.arena.push(SECOND + after, 0.5)
+        poses = [rig.arena.pose(SECOND + after + late) for late in (-1, 0, MILLISECOND)]
+        turned = [pose.heading_rad - before for pose in poses]
+        assert turned == pytest.approx([0.0, 0.5, 0.5], abs=QUANTUM)
+
+
 @pytest.mark.parametrize(
     "obstacle",
     [

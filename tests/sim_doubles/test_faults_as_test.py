@@ -12,7 +12,7 @@ from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
 from firmware_runtime.runs.fault_test import quoted, source_of
 from firmware_runtime.runs.open_board import OpenBoard
-from sim_doubles.commands.faults_as_test import script_of, text_of_test, what_is_noticed
+from sim_doubles.commands.faults_as_test import Script, script_of, text_of_test, what_is_noticed
 from sim_doubles.testing.broken import assert_ends_off, assert_noticed, noticed
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import ServedRig, served_rig
@@ -65,7 +65,7 @@ def test_it_runs_as_it_is_written_and_asserts_that_the_robot_notices(
     assert "assert_noticed(robot)" in text
     called(text)
     with pytest.raises(AssertionError, match=r"no fault was reported after push"):
-        called(text.replace(f'"nack", "{device}"', '"push"').replace(", for_s=0.5", ""))
+        called(text.replace(f'"nack", "{device}"', '"push"').replace("for_s=0.5", "amount=0.25"))
 
 
 @pytest.mark.slow
@@ -160,6 +160,12 @@ def begin_refused(rig: ServedRig) -> None:
     bus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
     with pytest.raises(Exception, match="not acknowledged"):
         bus.transaction(ADDRESS, (b"\xfe", 1))
+
+
+def test_an_end_that_is_not_safe_is_noticed() -> None:
+    out_of_reach = Strike("nack", "treads", at_s=0.02)
+    found = what_is_noticed(Script("detective", {}, [out_of_reach], for_s=1.0))
+    assert str(found).startswith("not made safe: i2c1 0x58")
 
 
 def test_without_a_run_or_a_fault_there_is_no_test() -> None:

@@ -133,15 +133,16 @@ def test_the_master_ends_its_transactions_with_stop(rig: WiredMpu9250, address: 
     assert not rig.magnetometer.start(0x0C, read=True)
 
 
+@pytest.mark.parametrize("without", [FaultScript(), None], ids=["empty", "none"])
 def test_a_magnetometer_that_a_fault_keeps_off_the_bus_does_not_answer_the_master(
-    rig: WiredMpu9250,
+    rig: WiredMpu9250, without: FaultScript | None
 ) -> None:
     rig.play(NINE_AXES, "8 ms", f"W 4a, R {DATA}")
     rig.bus.faults = FaultScript([AbsentTarget(target=rig.magnetometer)])
     rig.read(0x36)
     rig.wait(20)
     assert rig.read(0x36)[0] & 0x01  # SLV0 was not acknowledged
-    rig.bus.faults = FaultScript()
+    rig.bus.faults = without
     for _ in range(2):
         rig.read(0x36)
         rig.wait(20)

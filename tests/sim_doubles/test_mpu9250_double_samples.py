@@ -156,12 +156,25 @@ def test_temperature_has_a_filter_of_its_own(
     assert rig.words(TEMPERATURE, 1)[0] == pytest.approx(expected, abs=0.6)
 
 
-def test_signal_path_reset_starts_the_filter_over(clock: ManualClock) -> None:
-    rig = at_1_khz(clock, ramp(1000 * DPS), (0x1A, 6, 0x18))
+@pytest.mark.parametrize(
+    ("bits", "started_over"),
+    [(0x01, [TEMPERATURE]), (0x02, [ACCELERATION]), (0x04, [RATE]), (0x06, [ACCELERATION, RATE])],
+)
+def test_signal_path_reset_starts_the_filters_over_that_its_bits_name(
+    clock: ManualClock, bits: int, started_over: list[int]
+) -> None:
+    rig = at_1_khz(clock, ramp(1000 * DPS), (0x1A, 6, 0x18, 0x18, 6))
     rig.wait(1500)
-    rig.write(0x68, 0x04)
+    rig.write(0x68, bits)
     rig.wait(1)
-    assert rig.words(RATE)[0] == round(16.384 * 1501)
+    value = 1.501 * 1000 * DPS
+    unfiltered = {
+        ACCELERATION: round(2048 * value / G),
+        TEMPERATURE: round(333.87 * (value - 21.0)),
+        RATE: round(16.384 * 1501),
+    }
+    words = {register: rig.words(register, 1)[0] for register in unfiltered}
+    assert [each for each in words if words[each] == unfiltered[each]] == started_over
 
 
 # The sample clock

@@ -7,6 +7,7 @@ import pytest
 from firmware_runtime import ConfigError, Strike, open_board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.runs.open_board import OpenBoard
+from sim_doubles.rigs.tachobot import TachobotRig
 
 BEFORE_S = 0.3
 """Nothing is driven yet: the gyro's bias is being measured."""
@@ -43,6 +44,16 @@ def test_a_push_is_a_step_of_tachobots_yaw_rate(solver: str, more: dict[str, obj
         assert yaw_rate(robot) == pytest.approx(-0.3, abs=1e-4)
         robot.run(0.1)
         assert robot.world.state(robot.now).yaw_rad < 0.0
+
+
+def test_tachobot_turns_faster_than_any_mission_asks_above_six_radians_a_second() -> None:
+    with opened("tachobot") as robot:
+        rig = robot.rig
+        assert isinstance(rig, TachobotRig)
+        rig.push(-5.9)
+        assert rig.judge() is None
+        rig.push(-0.2)
+        assert rig.judge() == "it turns at -6.1 rad/s, 6 at most"
 
 
 def test_a_push_of_a_script_comes_with_the_first_transaction_after_its_instant() -> None:

@@ -1,9 +1,11 @@
 """The fixtures of `sim_doubles.pytest_plugin`, used as any package's tests use them."""
 
+import struct
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from time import monotonic, sleep
 from types import ModuleType
 from typing import Any
@@ -59,6 +61,13 @@ def test_smbus_busio_and_board_can_be_imported(i2c_double: Connect) -> None:
     assert digitalio.DigitalInOut("D4").value
 
 
+def test_a_session_leaves_nothing_in_the_way_of_imports_after_it(tmp_path: Path) -> None:
+    before = sys.meta_path.copy()
+    ended = pytest.main(["-q", "-p", "no:cacheprovider", f"--rootdir={tmp_path}", f"{tmp_path}"])
+    assert ended == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert sys.meta_path == before
+
+
 def test_outside_a_test_smbus2_is_what_it_was() -> None:
     assert smbus2.SMBus.open is not OurSMBus.open
     with pytest.raises(OSError, match="i2c-987"):
@@ -75,6 +84,10 @@ def test_a_sensor_senses_what_the_test_says(virtual_time: VirtualTime, i2c_doubl
             virtual_time.sleep(0.07)
             assert bus.read_i2c_block_data(0x71, 2, 2) == [0, centimetres]
         assert bus.read_i2c_block_data(0x1E, 0x0A, 3) == list(b"H43")
+        bus.write_byte_data(0x1E, 2, 0)  # it measures at 15 Hz
+        virtual_time.sleep(0.2)
+        field = struct.unpack(">3h", bytes(bus.read_i2c_block_data(0x1E, 3, 6)))
+        assert field == pytest.approx((218, -436, 0), abs=30), "x, z, y: to the north and down"
         begun_s = virtual_time.now_s
         i2c_double("mpu9250", noise_seed=None)  # which has had power for a while: 1 g, at once
         assert bus.read_i2c_block_data(0x68, 0x3F, 2) == [0x40, 0x00]

@@ -3,10 +3,12 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
@@ -29,6 +31,7 @@ from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from sim_doubles.recorded import stops
 from sim_doubles.recorded.lines import RecordedPort, Rules
 from sim_doubles.recorded.service import RecordedService
 from sim_doubles.recorded.stops import stops_of
@@ -204,6 +207,28 @@ def test_switching_off_after_a_failure_may_read_and_is_answered(runs: Path) -> N
     assert ("i2c1", 0x58, (b"\x0f", 1)) in reads  # an MD25's mode, which decides how it is stopped
 
 
+class Wary:
+    """Switches its chip off, in another way once that has failed."""
+
+    def __init__(self, lines: Lines) -> None:
+        self._bus, self._off = lines.buses["i2c1"], b"\x01"
+
+    def make_safe(self) -> None:
+        try:
+            self._bus.write(0x40, self._off)
+        except BusFault:
+            self._off = b"\x02"
+
+
+def test_what_a_robot_asks_for_only_after_a_failure_switches_off_too(
+    runs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = SimpleNamespace(settings=SimpleNamespace(buses=["i2c1"]), ports=[], build=Wary)
+    monkeypatch.setattr(stops, "board_of", lambda _header: board)
+    found = stops_of(read_recording(runs / "tachobot"))
+    assert {("i2c1", 0x40, (b"\x01",)), ("i2c1", 0x40, (b"\x02",))} <= found.keys()
+
+
 def test_lines_that_were_not_chosen_are_absent(runs: Path) -> None:
     lines = served(runs / "serial", lines=["treads"])
     assert set(lines.traffic.lines) == {"treads"}
@@ -253,7 +278,9 @@ def test_a_port_gives_its_bytes_in_their_place_and_compares_what_is_written(seri
     written = arrived = 0
     for name, port in ports.items():
         for each in recorded(serial, name):
+            assert serial.over == [] or not each.answer
             if each.address == WRITE:
+                assert serial.over == []
                 port.write(each.messages)
                 written += 1
             else:

@@ -147,6 +147,10 @@ def test_what_arrives_after_it_was_given_up_is_not_taken_for_the_hosts(emulator:
     assert not any(emulator.puppet.sent(*each) for each in (*late, *emulator.written))
 
 
+def test_what_is_sent_to_where_no_memory_is_comes_from_the_host(emulator: Emulator) -> None:
+    assert emulator.puppet.sent(0x23, b"\x00\x01")
+
+
 def test_a_sensor_is_brought_up_and_measures(emulator: Emulator) -> None:
     driver = Mpu9250(emulator.memories)
     emulator.take(driver.bring_up())

@@ -16,8 +16,8 @@ def packet(command: int, value: int, address: int = 128) -> bytes:
 class Sabertooth(Played[SabertoothDouble]):
     """A driver; a line of its tests is a command and its value, or bytes: `S 80 00 3f 3f`."""
 
-    def __init__(self, clock: ManualClock, *, autobaud: bool = True, speed: float = 12.7) -> None:
-        super().__init__(clock, SabertoothDouble(clock, full_speed_rad_s=speed, autobaud=autobaud))
+    def __init__(self, clock: ManualClock, speed: float = 12.7, **model: bool) -> None:
+        super().__init__(clock, SabertoothDouble(clock, full_speed_rad_s=speed, **model))
 
     @property
     def units(self) -> tuple[int, ...]:

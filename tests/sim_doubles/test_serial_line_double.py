@@ -12,7 +12,7 @@ from firmware_runtime.hal.strike import Span
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.serial_line import SerialLineDouble, SerialTarget
-from sim_doubles.serial_pty import PtySerialLine
+from sim_doubles.serial_pty import PtySerialLine, SerialPty
 from tests.support.waiting import PATIENCE_S
 
 MILLISECOND = 1_000_000
@@ -242,3 +242,12 @@ def test_what_is_not_fetched_is_lost_and_counted(
     closed = PtySerialLine(echo, clock)
     closed.close()
     assert not os.path.exists(closed.path)  # noqa: PTH110 (a path is a string for pyserial)
+
+
+def test_a_pseudo_terminal_that_is_closed_leaves_no_descriptor_open(
+    echo: Echo, clock: ManualClock
+) -> None:
+    before = set(os.listdir("/proc/self/fd"))  # noqa: PTH208 -- names alone
+    with SerialPty(echo, clock):
+        pass
+    assert set(os.listdir("/proc/self/fd")) <= before  # noqa: PTH208

@@ -169,6 +169,7 @@ def test_a_block_is_as_long_as_the_chip_says() -> None:
     with plug(1, memory_bus("i2c-gpio")) as bus:
         port = SMBus(1)
         assert port.read_block_data(ADDRESS, 3) == [4, 5, 6]
+        assert port.read_block_data(ADDRESS, 1) == [2]
         assert port.block_process_call(ADDRESS, 1, []) == [3, 4]
         with pytest.raises(OSError, match=" ") as too_long:
             port.read_block_data(ADDRESS, 0x80)

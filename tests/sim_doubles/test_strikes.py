@@ -27,6 +27,7 @@ from firmware_runtime.hal.wire_errors import (
     NoAcknowledge,
 )
 from sim_doubles.chip_doubles import chip_double
+from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
@@ -466,6 +467,18 @@ def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:
         now = burst(awake)
         assert now[UP] == before[UP]
     assert now[:UP] != before[:UP]
+
+
+def test_a_noisy_word_changes_ten_times_more_than_what_is_measured() -> None:
+    clock, bearing_deg = ManualClock(SECOND), [100.0]
+    chip = Cmps12Double(clock, bearing_deg=lambda _at: bearing_deg[0])
+    bus = I2cBusDouble("i2c1", clock, [chip])
+    bus.strike("noise", chip.address, Span(0, NEVER, once=False), 0.0)
+    read = []
+    for bearing_deg[0] in (100.0, 103.0, 103.0, 101.0):
+        clock.advance(SECOND)
+        read.append(int.from_bytes(bus.transaction(chip.address, (b"\x02", 2))))
+    assert read == [1000, 1300, 1030, 830]
 
 
 def test_a_word_is_counted_round_and_stays_within_its_bits(awake: Robot) -> None:

@@ -15,6 +15,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
+from sim_doubles.inertial_truth import ChipAxes, Vector
 from sim_doubles.worlds.position_sensor import PositionSensor, TruePose
 from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.tachobot import (
@@ -25,6 +26,7 @@ from sim_doubles.worlds.tachobot import (
 )
 from tests.support.executives import Run
 from tests.support.stalling_clock import StallingClock
+from tests.support.virtual_tachobot import virtual_tachobot
 
 NEUTRAL = (0.5,) * 8
 FREE = TachobotParameters(
@@ -83,6 +85,8 @@ def test_each_force_pushes_and_turns_as_equation_1_says(
     push = 0.40 / 3.0 * 1e-3
     assert moved.vx_m_s == pytest.approx(forward * push, abs=1e-6)
     assert moved.vy_m_s == pytest.approx(left * push, abs=1e-6)
+    felt = rig.world.motion(SECOND // 1000).acceleration
+    assert felt == pytest.approx((forward * 0.40 / 3.0, left * 0.40 / 3.0, 9.80665))
     assert moved.yaw_rate_rad_s == pytest.approx(turning * 0.20 / 0.075 * 0.40 * 1e-3)
 
 
@@ -318,6 +322,20 @@ def test_a_pair_that_pushes_otherwise_is_seen(first: list[float], elapsed_s: flo
         assert pairs._speeds == plain._speeds
 
 
+@pytest.mark.parametrize(
+    ("mounting", "felt"),
+    [
+        ("+x +y +z", (1.0, 2.0, 3.0)),
+        ("+y -x +z", (-2.0, 1.0, 3.0)),  # its y axis lies along the body's x axis
+        ("+z +x -y", (2.0, -3.0, 1.0)),
+    ],
+)
+def test_a_chip_feels_along_its_own_axes(mounting: str, felt: Vector) -> None:
+    axes = ChipAxes(mounting)
+    assert axes.turn_vector((1.0, 2.0, 3.0)) == felt
+    assert axes.is_identity == (mounting == "+x +y +z")
+
+
 DELAY_S = 0.12
 PLAIN = PositionSensorSettings(delay_s=DELAY_S, noise_m=0.0, yaw_noise_rad=0.0)
 
@@ -367,13 +385,20 @@ def test_without_delay_it_comes_at_once() -> None:
     assert seen == PoseFix(0.05, 2.0, 0.1, 0.0)
 
 
-@pytest.mark.slow
 def test_the_stated_share_is_dropped_by_seed() -> None:
-    first, again, other = (sent(100.0, dropout=0.3, seed=seed) for seed in (1, 1, 2))
+    first, again, other = (sent(12.0, dropout=0.3, seed=seed) for seed in (1, 1, 2))
     assert first == again
     assert first != other
-    assert len(first) / 1998 == pytest.approx(0.7, abs=0.04)
+    assert len(first) / 238 == pytest.approx(0.7, abs=0.04)
     assert sent(10.0, dropout=1.0) == []
+
+
+@pytest.mark.parametrize(("yaw", "port"), [("false", "position"), ("true", "pose")])
+def test_the_robot_gets_what_the_sensor_sees_of_it(yaw: str, port: str) -> None:
+    robot = virtual_tachobot("controller.mode=track", f"world.position.yaw={yaw}")
+    robot.run(0.3)
+    seen = robot.received[f"position_sensor.{port}"]
+    assert robot.received[f"position_input.{port}"] == seen != []
 
 
 def test_in_an_outage_nothing_is_measured() -> None:
@@ -382,8 +407,7 @@ def test_in_an_outage_nothing_is_measured() -> None:
     assert len(origins) == 97 - 40
 
 
-@pytest.mark.slow
 def test_the_noise_is_as_large_as_stated() -> None:
-    offs = [fix.y_m - 2.0 for _, fix in sent(100.0, noise_m=0.02)]
+    offs = [fix.y_m - 2.0 for _, fix in sent(30.0, noise_m=0.02)]
     assert statistics.stdev(offs) == pytest.approx(0.02, rel=0.06)
     assert abs(statistics.mean(offs)) < 0.02 * 4 / math.sqrt(len(offs))

@@ -17,8 +17,10 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.wire_errors import EREMOTEIO
+from firmware_runtime.system.programs import Ended
 from sim_doubles.clock import ManualClock
 from sim_doubles.rigs.board_rig import rig_for
+from sim_doubles.usbip import host_controller
 from sim_doubles.usbip.host_controller import HostController
 from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, PRODUCT, VENDOR, I2cTinyUsb, Piece
 from sim_doubles.usbip.packets import HEADER, Conversation, NotAttached, NotUsbip
@@ -342,6 +344,14 @@ def test_the_device_node_is_that_of_the_port(tmp_path: Path) -> None:
     assert found.i2c_device(0) == Path("/dev/i2c-3")
     assert found.i2c_device(1) == Path("/dev/i2c-9")
     assert found.i2c_device(2) is None
+
+
+def test_a_kernel_without_the_modules_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(host_controller, "run_program", lambda _: Ended(1, "", "not found"))
+    assert main(["doubles", "serve", "--usbip", "tachobot"]) == 2
+    assert "not found; expected root, and a kernel with the modules" in capsys.readouterr().err
 
 
 def test_serial_ports_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
