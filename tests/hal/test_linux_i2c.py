@@ -6,13 +6,15 @@ import gc
 import os
 from collections.abc import Iterator
 from contextlib import closing
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 import smbus2.smbus2
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal import i2c, linux, unopened_lines
+from firmware_runtime.hal import i2c, linux, unopened_lines, wire_errors
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
@@ -305,6 +307,15 @@ def test_a_reading_is_dead_for_as_many_periods_as_it_showed_it(
 ) -> None:
     fault = Fault.of(Stuck("imu", "acceleration upwards", 7, 20), 1, *period)
     assert (fault.kind, fault.value, fault.duration) == ("Stuck", 7, duration)
+
+
+def test_a_system_that_does_not_know_linuxs_number_of_a_refusal_has_it_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr(errno, "EREMOTEIO")
+    elsewhere = ModuleType("elsewhere")
+    SourceFileLoader("elsewhere", wire_errors.__file__).exec_module(elsewhere)
+    assert elsewhere.EREMOTEIO == EREMOTEIO
 
 
 def test_an_error_without_a_number_is_a_fault_that_says_so() -> None:

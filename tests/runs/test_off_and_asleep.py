@@ -35,6 +35,15 @@ from tests.support.periodic_models import Robot
 ON = ["PCA9685 at 0x40 on i2c1: outputs 0 are on"]
 
 
+class Closing(NotingBus):
+    """Notes whether it was closed."""
+
+    is_closed = False
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
 class Lights:
     """Outputs of a chip that are on as they are told to be."""
 
@@ -153,12 +162,16 @@ def test_lines_are_opened_again_after_a_failure_and_kept_open_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As a guard does while an adapter is gone, which may come back as another node."""
-    there: list[I2cBus] = [AbsentBus("i2c1"), NotingBus("i2c1", "/dev/i2c-1", [])]
+    bus = Closing("i2c1", "/dev/i2c-1", [])
+    there: list[I2cBus] = [AbsentBus("i2c1"), bus]
     monkeypatch.setattr(outputs, "reach_lines", lambda *_: Lines({"i2c1": there.pop(0)}))
     held = outputs.Outputs(registry.load("tachobot"), None, None)
     assert held.make_safe() != []
     assert held.make_safe() == []
     assert held.make_safe() == []
+    assert not bus.is_closed
+    held.close()
+    assert bus.is_closed
 
 
 def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() -> None:
@@ -173,13 +186,7 @@ def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() ->
         def close(self) -> None:
             self.set(False)
 
-    class Closing(AbsentBus):
-        is_closed = False
-
-        def close(self) -> None:
-            self.is_closed = True
-
-    bus = Closing("i2c1")
+    bus = Closing("i2c1", "/dev/i2c-1", [])
     close_lines(Lines({"i2c1": bus}, enable=Failing()))
     assert bus.is_closed
 
@@ -223,6 +230,7 @@ def test_the_last_call_is_found_wherever_the_run_keeps_its_own(directory: Path) 
     before = monotonic_ns()
     note_safe_state(directory / "tachobot.stats")
     between = monotonic_ns()
+    assert (directory / "tachobot.safe-state").stat().st_mode & 0o777 == 0o644, "for any user's run"
     assert before <= last() <= between
     assert last(directory / "mine.stats") == last()
     note_safe_state(directory / "elsewhere" / "mine.stats")
