@@ -126,9 +126,11 @@ def test_outputs_are_off_also_after_an_error_in_the_program() -> None:
     assert robot.outputs == {"thrust_pairs": 0}
 
 
-def test_what_cannot_be_switched_off_is_said() -> None:
+@pytest.mark.parametrize("has_run", [True, False])
+def test_what_cannot_be_switched_off_is_said(*, has_run: bool) -> None:
     robot = virtual(set={"executive.switch_off_s": 0.0})
-    robot.run(TURNING)
+    if has_run:
+        robot.run(TURNING)
     rig: Any = robot.rig
     rig.buses["i2c1"].faults = REFUSED
     with pytest.raises(HalError, match="not made safe"):

@@ -172,11 +172,16 @@ def test_who_leaves_a_bus_that_another_drives_leaves_its_timeout(kernel: Kernel,
     assert kernel.timeout_10ms == 100
 
 
-def test_who_is_refused_a_bus_leaves_its_timeout(kernel: Kernel, node: str) -> None:
+def test_who_is_refused_a_bus_leaves_its_timeout_and_holds_no_descriptor(
+    kernel: Kernel, node: str
+) -> None:
     with closing(linux.open_i2c("run", node, timeout_ms=50, alone=True)):
+        gc.collect()  # what garbage of earlier tests has open
+        before = set(Path("/proc/self/fd").iterdir())
         with pytest.raises(BusInUse):
             linux.open_i2c("another", node, timeout_ms=200, alone=True)
         assert kernel.timeout_10ms == 5
+        assert set(Path("/proc/self/fd").iterdir()) == before
 
 
 @pytest.mark.parametrize(
