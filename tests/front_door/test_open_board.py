@@ -323,6 +323,8 @@ def test_outputs_of_a_real_robot_are_off_in_a_pause_and_driven_again_after_it(
 
 def test_a_real_robot_that_never_ran_is_switched_off_too(outside: Outside) -> None:
     robot = outside.robot(at_start=True)
+    with pytest.raises(ConfigError, match="expected doubles that are made for it"):
+        _ = robot.struck
     rig: Any = outside.rig
     before = rig.buses["i2c1"].transactions
     robot.close()

@@ -24,6 +24,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.supervision import Commanders
 from firmware_runtime.statistics.file_header import Request, Settings
+from firmware_runtime.statistics.layout import ARMED
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -389,7 +390,9 @@ def test_an_end_without_hardware_says_what_it_falls_silent_for() -> None:
     )
     with closing(session):
         command(session, SECOND)
-        session.run(2 * SECOND)
+        session.run_on(2 * SECOND)
+        assert not session.executive.cells[ARMED], "there is nothing to drive"
+        session.end()
     why = f"no value has come at input {PORT} for 0.5 s"
     assert said == [f"falls silent to the end with the outputs: {why}"]
 
