@@ -22,6 +22,7 @@ from firmware_runtime.runs import safe_state as module
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.open_lines import close_lines, soon_free
 from firmware_runtime.runs.safe_state import BETWEEN, SafeState
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
 from firmware_runtime.runs.watched_run import (
     last_safe_state,
@@ -151,6 +152,14 @@ def test_it_is_watched_where_something_may_be_hurt(
     permission = Permission(at_start=False, demand_guard=False, free=free)
     watch_sleep(executive, Arming(executive, permission, list))
     assert any(isinstance(each, SleepWatch) for each in executive.hooks) is watched
+
+
+def test_a_run_that_is_to_be_armed_is_watched_for_it() -> None:
+    board, permission = registry.load("tachobot"), Permission(at_start=False, demand_guard=False)
+    clock = MonotonicClock()
+    session = start_session(board, clock, doubles=True, statistics_path=None, permission=permission)
+    assert any(isinstance(each, SleepWatch) for each in session.executive.hooks)
+    session.close()
 
 
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
