@@ -183,6 +183,15 @@ def test_lines_are_opened_again_after_a_failure_and_kept_open_else(
     assert bus.is_closed
 
 
+def test_what_has_switched_a_board_off_lets_its_buses_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = Closing("i2c1", "/dev/i2c-1", [])
+    monkeypatch.setattr(outputs, "reach_lines", lambda *_: Lines({"i2c1": bus}))
+    safe_state = SafeState([registry.load("tachobot")], None, None)
+    assert (safe_state.make_safe(), bus.is_closed) == ([], False)
+    safe_state.close()
+    assert bus.is_closed
+
+
 def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() -> None:
     """Its failure is said where outputs are switched off, with the status of that."""
 
