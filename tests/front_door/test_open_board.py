@@ -34,6 +34,7 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.runs.open_lines import open_lines
+from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
@@ -432,6 +433,15 @@ def test_an_operator_arms_again_once_nothing_in_the_script_disarms_any_more() ->
         robot.clear_faults()
         robot.run(1.0)
         assert robot.armed, "what was cleared does not come"
+
+
+def test_an_operator_has_settings_taken_up_again_at_the_instant_that_is_stated_and_once() -> None:
+    with virtual(faults=[Strike("reload", at_s=1.0)]) as robot:
+        hooks = robot.session.executive.hooks
+        (operator,) = (each for each in hooks if isinstance(each, ScriptedOperator))
+        for now, times in ((SECOND - 1, 0), (SECOND, 1), (SECOND + 1, 1)):
+            operator.between_steps(now, 0)
+            assert robot.session.tuning.revision == times
 
 
 def test_an_operator_who_disarmed_it_for_good_arms_it_again_once_all_faults_have_an_end() -> None:
