@@ -157,7 +157,7 @@ class Leases:
     def __init__(
         self,
         arming: Arming,
-        read: Callable[[], bool] = lambda: False,
+        read: Callable[[], bool],
         now: Callable[[], int] = monotonic_ns,
     ) -> None:
         self._arming = arming

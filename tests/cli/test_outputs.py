@@ -178,13 +178,18 @@ def test_a_fifo_in_place_of_settings_is_none(tmp_path: Path) -> None:
     assert kept_settings(tmp_path / "x.stats") is None
 
 
-def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize("opens_again", [False, True])
+def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is_and_else_closed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, *, opens_again: bool
 ) -> None:
     """No descriptor, no memory, no leave any more: what is open still works."""
     addresses: list[int] = []
+    closed: list[I2cBus] = []
 
     class FailingOnce(NotedBus):
+        def close(self) -> None:
+            closed.append(self)
+
         def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
             super().transaction(address, messages)
             if len(addresses) == 1:
@@ -195,10 +200,10 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
 
     def open_i2c(name: str, path: str, *, timeout_ms: int, alone: bool) -> I2cBus:
         assert (timeout_ms, alone) == (100, False)
-        if opened:
+        if opened and not opens_again:
             raise BusAbsent(f"{name}: {path} cannot be opened (Too many open files)")
         opened.append(FailingOnce(name, addresses))
-        return opened[0]
+        return opened[-1]
 
     monkeypatch.setattr(lines, "open_i2c", open_i2c)
     board = registry.load("tachobot", ["buses.i2c1.attempts=1"])
@@ -207,3 +212,4 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
     assert outputs.make_safe() == ["i2c1 0x40: the adapter reported a fault"]
     assert outputs.make_safe() == []
     assert addresses == [0x40] * 3
+    assert closed == opened[:-1]

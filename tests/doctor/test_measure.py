@@ -13,7 +13,12 @@ from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_clock import REPETITIONS, MeasuredWire
 from firmware_runtime.host.doctor import measuring
 from firmware_runtime.host.doctor.measuring import Wire, wire_of, wires_of
-from firmware_runtime.runs.measured_wires import clock_warnings, keep_measured, measured_wires
+from firmware_runtime.runs.measured_wires import (
+    clock_warnings,
+    differs,
+    keep_measured,
+    measured_wires,
+)
 from firmware_runtime.statistics.paths import Companion, default_path
 from firmware_runtime.system.kernel_files import SystemFiles
 from sim_doubles.i2c_bus import I2cBusDouble
@@ -118,6 +123,16 @@ def test_check_warns_of_a_wire_that_runs_at_another_clock(command: Command) -> N
     assert "the wire was measured at 250000 Hz" in command("check", "tachobot").out
     stated = "buses.i2c1.speed_hz=250000"
     assert "was measured" not in command("check", "tachobot", "--set", stated).out
+
+
+@pytest.mark.parametrize(
+    ("speed_hz", "is_another"),
+    [(399_361, False), (385_000, False), (415_000, False), (375_000, True), (425_000, True)],
+)
+def test_a_wire_that_differs_by_more_than_a_divider_does_has_another_clock(
+    speed_hz: int, *, is_another: bool
+) -> None:
+    assert differs(MeasuredWire(speed_hz, 42.0), 400_000) is is_another
 
 
 def test_what_was_measured_in_another_boot_or_is_damaged_counts_for_nothing() -> None:

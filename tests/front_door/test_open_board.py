@@ -34,6 +34,7 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.runs.open_lines import open_lines
+from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
@@ -126,9 +127,11 @@ def test_outputs_are_off_also_after_an_error_in_the_program() -> None:
     assert robot.outputs == {"thrust_pairs": 0}
 
 
-def test_what_cannot_be_switched_off_is_said() -> None:
+@pytest.mark.parametrize("has_run", [True, False])
+def test_what_cannot_be_switched_off_is_said(*, has_run: bool) -> None:
     robot = virtual(set={"executive.switch_off_s": 0.0})
-    robot.run(TURNING)
+    if has_run:
+        robot.run(TURNING)
     rig: Any = robot.rig
     rig.buses["i2c1"].faults = REFUSED
     with pytest.raises(HalError, match="not made safe"):
@@ -321,6 +324,8 @@ def test_outputs_of_a_real_robot_are_off_in_a_pause_and_driven_again_after_it(
 
 def test_a_real_robot_that_never_ran_is_switched_off_too(outside: Outside) -> None:
     robot = outside.robot(at_start=True)
+    with pytest.raises(ConfigError, match="expected doubles that are made for it"):
+        _ = robot.struck
     rig: Any = outside.rig
     before = rig.buses["i2c1"].transactions
     robot.close()
@@ -428,6 +433,15 @@ def test_an_operator_arms_again_once_nothing_in_the_script_disarms_any_more() ->
         robot.clear_faults()
         robot.run(1.0)
         assert robot.armed, "what was cleared does not come"
+
+
+def test_an_operator_has_settings_taken_up_again_at_the_instant_that_is_stated_and_once() -> None:
+    with virtual(faults=[Strike("reload", at_s=1.0)]) as robot:
+        hooks = robot.session.executive.hooks
+        (operator,) = (each for each in hooks if isinstance(each, ScriptedOperator))
+        for now, times in ((SECOND - 1, 0), (SECOND, 1), (SECOND + 1, 1)):
+            operator.between_steps(now, 0)
+            assert robot.session.tuning.revision == times
 
 
 def test_an_operator_who_disarmed_it_for_good_arms_it_again_once_all_faults_have_an_end() -> None:

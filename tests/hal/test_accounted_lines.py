@@ -94,11 +94,15 @@ def test_a_bus_that_returns_early_is_taken_to_go_on_from_its_answer(*, returns_e
             time.reach(time() + 200)
             return super().transaction(address, messages)
 
-    Bus.returns_early = returns_early
-    bus = AccountedBus(Bus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
+    if returns_early:
+        Bus.returns_early = True
+    bus = AccountedBus(Bus(b"\x71", b"\x00"), BUS_HZ, overhead_ns=30_000, time=time)
     bus.write_read(0x68, b"\x75", 1)
     assert bus.busy_ns == 39 * BIT_NS + 30_000
     assert bus.elapsed() == time() - 1000 == 200 + (bus.busy_ns if returns_early else 0)
+    bus.acknowledges(0x68)
+    assert bus.busy_ns == 59 * BIT_NS + 60_000
+    assert bus.elapsed() == time() - 1000 == 400 + (bus.busy_ns if returns_early else 0)
 
 
 def test_transactions_pass_through_unchanged_and_each_address_has_counters_of_its_own() -> None:

@@ -99,6 +99,8 @@ def test_a_pwm_pin_keeps_its_duty_until_it_is_let_go() -> None:
     assert (pwm.duty_cycle, pwm.frequency) == (0x8000, 50)
     pwm.deinit()
     assert pwm.duty_cycle == 0
+    plain = pwmio.PWMOut("D8")
+    assert (plain.duty_cycle, plain.frequency) == (0, 500), "as CircuitPython has it"
 
 
 def test_words_for_micropythons_compiler_change_nothing() -> None:

@@ -6,13 +6,15 @@ import gc
 import os
 from collections.abc import Iterator
 from contextlib import closing
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 import smbus2.smbus2
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal import i2c, linux, unopened_lines
+from firmware_runtime.hal import i2c, linux, unopened_lines, wire_errors
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
@@ -170,11 +172,16 @@ def test_who_leaves_a_bus_that_another_drives_leaves_its_timeout(kernel: Kernel,
     assert kernel.timeout_10ms == 100
 
 
-def test_who_is_refused_a_bus_leaves_its_timeout(kernel: Kernel, node: str) -> None:
+def test_who_is_refused_a_bus_leaves_its_timeout_and_holds_no_descriptor(
+    kernel: Kernel, node: str
+) -> None:
     with closing(linux.open_i2c("run", node, timeout_ms=50, alone=True)):
+        gc.collect()  # what garbage of earlier tests has open
+        before = set(Path("/proc/self/fd").iterdir())
         with pytest.raises(BusInUse):
             linux.open_i2c("another", node, timeout_ms=200, alone=True)
         assert kernel.timeout_10ms == 5
+        assert set(Path("/proc/self/fd").iterdir()) == before
 
 
 @pytest.mark.parametrize(
@@ -305,6 +312,15 @@ def test_a_reading_is_dead_for_as_many_periods_as_it_showed_it(
 ) -> None:
     fault = Fault.of(Stuck("imu", "acceleration upwards", 7, 20), 1, *period)
     assert (fault.kind, fault.value, fault.duration) == ("Stuck", 7, duration)
+
+
+def test_a_system_that_does_not_know_linuxs_number_of_a_refusal_has_it_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr(errno, "EREMOTEIO")
+    elsewhere = ModuleType("elsewhere")
+    SourceFileLoader("elsewhere", wire_errors.__file__).exec_module(elsewhere)
+    assert elsewhere.EREMOTEIO == EREMOTEIO
 
 
 def test_an_error_without_a_number_is_a_fault_that_says_so() -> None:

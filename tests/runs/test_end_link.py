@@ -1,7 +1,9 @@
 """The link of an end, opened for a run: what leaves its part of the model arrives at the other."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -85,3 +87,17 @@ def test_an_end_with_hardware_and_a_link_are_refused_without_each_other(
             end=end,
             link=way_of(link),
         )
+
+
+@pytest.mark.parametrize("is_linked", [False, True])
+def test_only_a_run_with_a_link_counts_what_passes_on_one(
+    tmp_path: Path, *, is_linked: bool
+) -> None:
+    board = registry.load("tachobot")
+    link = way_of(f"unix:{tmp_path}/link" if is_linked else None)
+    end = end_of(board, "controller")
+    clock = MonotonicClock()
+    with closing(
+        start_session(board, clock, doubles=False, statistics_path=None, end=end, link=link)
+    ) as session:
+        assert (session.executive.statistics.figures().link is not None) is is_linked

@@ -15,7 +15,7 @@ from msgspec.structs import asdict
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import BusAbsent
-from firmware_runtime.runs import guard
+from firmware_runtime.runs import guard, watched_run
 from firmware_runtime.runs.guard import ASK_AGAIN_EVERY, HOLD_AGAIN_AFTER, POLL_EVERY, Guard, Phase
 from firmware_runtime.runs.watched_run import WatchedRun, is_readable, keep_clear_of_other_runs
 from firmware_runtime.statistics.file import StatisticsFile
@@ -161,7 +161,7 @@ def test_a_hang_is_taken_over_and_held_until_it_is_acknowledged(
     for _ in range(5):
         watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 5)
-    assert file.cells[EPOCH] != 0
+    assert file.cells[EPOCH] > 0, "below are those that a person requested"
     come_back(file)
     watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 7)
@@ -248,6 +248,17 @@ def test_a_heartbeat_in_the_future_or_gone_is_not_believed(
     watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 1)
     assert said in watch.reported[0]
+
+
+@pytest.mark.parametrize("silent", [0, STALL])
+def test_a_run_whose_last_step_ended_just_now_or_as_long_ago_as_is_allowed_is_not_lost(
+    path: Path, file: StatisticsFile, monkeypatch: pytest.MonkeyPatch, silent: int
+) -> None:
+    monkeypatch.setattr(watched_run, "monotonic_ns", lambda: file.cells[HEARTBEAT] + silent)
+    run = WatchedRun(path)
+    assert run.why_lost(STALL) == ""
+    assert not run.was_disarmed_by_request
+    run.close()
 
 
 def test_a_file_that_is_cut_short_is_a_takeover_and_kills_no_guard(

@@ -1,5 +1,7 @@
 """The robot that runs in a process, and what other processes may know of it."""
 
+import pytest
+
 from firmware_runtime.board import registry
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.interlock import always_enabled
@@ -13,6 +15,17 @@ def tachobot(*, has_ports: bool) -> LocalRobot:
     hardware = Hardware(board, clock, True, always_enabled, is_here=True)
     edge = RecordedEdge(board, clock, None, print)
     return local_robot(board, hardware, None, edge, None, has_ports=has_ports)
+
+
+@pytest.mark.parametrize(("is_here", "now"), [(True, 5), (False, 7)])
+def test_own_doubles_live_in_the_instant_of_a_step_and_what_is_elsewhere_in_that_of_the_clock(
+    *, is_here: bool, now: int
+) -> None:
+    clock = VirtualClock()
+    hardware = Hardware(registry.load("tachobot"), clock, is_here, always_enabled, is_here=is_here)
+    hardware.world_now.begin(5, 5)
+    clock.start(7)
+    assert hardware.world_now() == now
 
 
 def test_a_robot_for_others_lists_its_ports_and_none_of_the_world_of_its_doubles() -> None:

@@ -22,6 +22,7 @@ from firmware_runtime.runs import safe_state as module
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.open_lines import close_lines, soon_free
 from firmware_runtime.runs.safe_state import BETWEEN, SafeState
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
 from firmware_runtime.runs.watched_run import (
     last_safe_state,
@@ -33,6 +34,15 @@ from firmware_runtime.system.this_process import boot_id, slept
 from tests.support.periodic_models import Robot
 
 ON = ["PCA9685 at 0x40 on i2c1: outputs 0 are on"]
+
+
+class Closing(NotingBus):
+    """Notes whether it was closed."""
+
+    is_closed = False
+
+    def close(self) -> None:
+        self.is_closed = True
 
 
 class Lights:
@@ -144,6 +154,14 @@ def test_it_is_watched_where_something_may_be_hurt(
     assert any(isinstance(each, SleepWatch) for each in executive.hooks) is watched
 
 
+def test_a_run_that_is_to_be_armed_is_watched_for_it() -> None:
+    board, permission = registry.load("tachobot"), Permission(at_start=False, demand_guard=False)
+    clock = MonotonicClock()
+    session = start_session(board, clock, doubles=True, statistics_path=None, permission=permission)
+    assert any(isinstance(each, SleepWatch) for each in session.executive.hooks)
+    session.close()
+
+
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
     before = slept()
     assert abs(slept() - before) < SECOND
@@ -153,12 +171,25 @@ def test_lines_are_opened_again_after_a_failure_and_kept_open_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As a guard does while an adapter is gone, which may come back as another node."""
-    there: list[I2cBus] = [AbsentBus("i2c1"), NotingBus("i2c1", "/dev/i2c-1", [])]
+    bus = Closing("i2c1", "/dev/i2c-1", [])
+    there: list[I2cBus] = [AbsentBus("i2c1"), bus]
     monkeypatch.setattr(outputs, "reach_lines", lambda *_: Lines({"i2c1": there.pop(0)}))
     held = outputs.Outputs(registry.load("tachobot"), None, None)
     assert held.make_safe() != []
     assert held.make_safe() == []
     assert held.make_safe() == []
+    assert not bus.is_closed
+    held.close()
+    assert bus.is_closed
+
+
+def test_what_has_switched_a_board_off_lets_its_buses_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = Closing("i2c1", "/dev/i2c-1", [])
+    monkeypatch.setattr(outputs, "reach_lines", lambda *_: Lines({"i2c1": bus}))
+    safe_state = SafeState([registry.load("tachobot")], None, None)
+    assert (safe_state.make_safe(), bus.is_closed) == ([], False)
+    safe_state.close()
+    assert bus.is_closed
 
 
 def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() -> None:
@@ -173,13 +204,7 @@ def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() ->
         def close(self) -> None:
             self.set(False)
 
-    class Closing(AbsentBus):
-        is_closed = False
-
-        def close(self) -> None:
-            self.is_closed = True
-
-    bus = Closing("i2c1")
+    bus = Closing("i2c1", "/dev/i2c-1", [])
     close_lines(Lines({"i2c1": bus}, enable=Failing()))
     assert bus.is_closed
 
@@ -223,6 +248,7 @@ def test_the_last_call_is_found_wherever_the_run_keeps_its_own(directory: Path) 
     before = monotonic_ns()
     note_safe_state(directory / "tachobot.stats")
     between = monotonic_ns()
+    assert (directory / "tachobot.safe-state").stat().st_mode & 0o777 == 0o644, "for any user's run"
     assert before <= last() <= between
     assert last(directory / "mine.stats") == last()
     note_safe_state(directory / "elsewhere" / "mine.stats")

@@ -12,12 +12,15 @@ from firmware_runtime.board.retuning import changed_keys, need_restart
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.runs.reporter import AGAIN_AFTER, FaultJournal, Reporter
+from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.tuning import NEEDED, Reloading
 from firmware_runtime.system.messages import Journal, Notices, encoded, watchdog_of
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -122,6 +125,19 @@ def test_a_manager_that_does_not_read_holds_up_no_run_and_gets_ready_later(
     notices.alive()
     assert systemd.received() == ["WATCHDOG=1"]
     notices.close()
+
+
+def test_a_manager_waits_for_settings_that_are_read_again_until_they_are(systemd: Listener) -> None:
+    board = registry.load("tachobot")
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
+    notices = Notices()
+    reloading = Reloading(session.tuning, session.executive, notices, lambda _: None)
+    reloading.request()
+    reloading.between_steps(0, NEEDED)
+    begins, ends = systemd.received()
+    assert (begins.partition("\n")[0], ends) == ("RELOADING=1", "READY=1")
+    notices.close()
+    session.close()
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -241,7 +257,7 @@ def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
 def test_a_loop_that_is_late_again_and_again_writes_a_line_a_second_with_their_number(
     tmp_path: Path, journald: Listener
 ) -> None:
-    every_other = dict.fromkeys(range(5, 245, 2), 3 * PERIOD)
+    every_other = dict.fromkeys(range(5, 211, 2), 3 * PERIOD)
     executive = Executive(Robot(), StallingClock(every_other), list)
     journal = Journal(tmp_path / "journal")
     reporter = Reporter(executive, Notices(), journal, lambda _statistics: "a summary")
@@ -255,6 +271,7 @@ def test_a_loop_that_is_late_again_and_again_writes_a_line_a_second_with_their_n
     assert sum(counts) == account.episodes > 2 * len(lines)
     assert counts[0] == 1
     assert f"the last of {counts[1]} episodes" in lines[1]
+    assert "the last of 2 episodes" in lines[-1]
 
 
 class Written(Journal):

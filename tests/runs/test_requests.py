@@ -253,11 +253,11 @@ def test_a_run_whose_right_cannot_be_taken_disarms_on_request_of_safe_state(
 
 
 class Time:
-    """Real time and processor time, as a test moves them."""
+    """Real time and processor time, as a test moves them; the computer has just been started."""
 
     def __init__(self) -> None:
         self.real = SECOND
-        self.processor = 0
+        self.processor = SECOND
 
 
 @pytest.fixture

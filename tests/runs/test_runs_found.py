@@ -162,8 +162,9 @@ def test_what_a_run_drives_by_other_settings_is_switched_off_too(
     def buses_tried(kept: Board) -> int:
         keep_settings(kept, path)
         safe_state = SafeState([board], None, path)
-        safe_state.take_right()
-        return len({each.rpartition(": ")[2] for each in safe_state.make_safe() if "i2c1" in each})
+        for _ in range(2):  # as long as it is looked for
+            safe_state.take_right()
+        return len([each for each in safe_state.make_safe() if "i2c1" in each])
 
     assert run.cells[EPOCH] == 0
     moved = registry.load("tachobot", ["buses.i2c1.device=/dev/i2c-none"])

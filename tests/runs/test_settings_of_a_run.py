@@ -161,7 +161,9 @@ def test_nothing_is_read_until_it_is_requested(rig: Rig) -> None:
 
 def test_it_waits_for_time_enough_before_the_next_activation(rig: Rig) -> None:
     rig.change("kp = 0.75", "kp = 0.5")
+    assert not rig.session.executive.inbox.is_woken
     rig.reloading.request()
+    assert rig.session.executive.inbox.is_woken, "else a loop would wait for its next step first"
     rig.reloading.between_steps(0, NEEDED - 1)
     assert rig.reported == []
     rig.reloading.between_steps(MILLISECOND, NEEDED)

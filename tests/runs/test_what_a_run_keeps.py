@@ -25,7 +25,7 @@ from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.outputs import kept_settings
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
+from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import STATE, Layout
 from firmware_runtime.system.this_process import ProcessIdentity, this_process
@@ -84,12 +84,18 @@ def test_others_are_replaced(path: Path, writer: ProcessIdentity, state: RunStat
     assert keep_clear_of_other_runs(path) is None
 
 
+def test_a_process_with_the_number_of_one_that_was_killed_is_not_watched_for_it(path: Path) -> None:
+    leave(path, replace(another(), started_ticks=1), ON_CHIPS, RunState.RUNNING)
+    assert WatchedRun(path).has_ended
+
+
 def test_settings_are_kept_for_as_long_as_outputs_may_be_on(path: Path) -> None:
     """The guard and `safe-state` switch off by them, whatever the board's file has become."""
     failing = ["i2c1 0x40: no acknowledge"]
     hardware: Any = SimpleNamespace(is_outside=True, enable=lambda *, enabled: enabled)
     edge: Any = SimpleNamespace(section=nullcontext)
     robot: Any = SimpleNamespace(make_safe=lambda: list(failing))
+    path = path.with_name("of") / "mine" / "rover.stats"
     off = SwitchingOff(board_in_force("tachobot", ()), hardware, edge, path)
     off.keep_settings()
     assert off.all_of(robot) == failing
@@ -155,7 +161,6 @@ def test_each_model_is_activated_as_often(tmp_path: Path, board: str) -> None:
     assert sum(run + reactions for run, reactions in bare.values()) > 100
 
 
-@pytest.mark.slow
 def test_a_recording_that_was_removed_is_not_said_to_be_there(tmp_path: Path) -> None:
     recording = tmp_path / "run.recording"
     session = start_session(

@@ -1,13 +1,14 @@
 """What speaks against arming, and whose absence disarms."""
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.configuration import described, input_timeouts
+from firmware_runtime.board.ends import end_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -23,6 +24,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.supervision import Commanders
 from firmware_runtime.statistics.file_header import Request, Settings
+from firmware_runtime.statistics.layout import ARMED
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -378,6 +380,21 @@ def test_outputs_are_off_from_the_timeout_on_until_the_next_command(
         assert session.arming.reason == f"no value has come at input {PORT} for 0.5 s"
     assert said.count(f"disarmed: {session.arming.reason}") == 2
     assert not [each for each in said if "falls silent" in each]
+
+
+def test_an_end_without_hardware_says_what_it_falls_silent_for() -> None:
+    board, said = replace(registry.load("tachobot"), inputs={}), list[str]()
+    end = end_of(board, "controller")
+    session = start_session(
+        board, VirtualClock(), doubles=False, statistics_path=None, end=end, log=said.append
+    )
+    with closing(session):
+        command(session, SECOND)
+        session.run_on(2 * SECOND)
+        assert not session.executive.cells[ARMED], "there is nothing to drive"
+        session.end()
+    why = f"no value has come at input {PORT} for 0.5 s"
+    assert said == [f"falls silent to the end with the outputs: {why}"]
 
 
 def test_a_port_at_which_nothing_came_yet_commands_nothing() -> None:

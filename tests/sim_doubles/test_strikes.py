@@ -378,6 +378,7 @@ def test_a_program_makes_a_fault_that_strikes_at_once(monkeypatch: pytest.Monkey
         (made,) = strikes.strike(Path("doubles.sock"), "zero", "imu").struck
         assert made.at == SECOND
         assert tachobot.read(0x68, WHO_AM_I) == b"\x00"
+        connection.close.assert_called_once_with()
 
 
 def test_every_kind_says_what_it_is() -> None:

@@ -33,8 +33,8 @@ class Part(Struct, tag="part", array_like=True, frozen=True):
 
     bus: str
     messages: tuple[tuple[int, bytes | int], ...]
-    continues: bool = False
-    holds: bool = False
+    continues: bool
+    holds: bool
 
 
 class Write(Struct, tag="write", array_like=True, frozen=True):
