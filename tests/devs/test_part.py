@@ -82,15 +82,20 @@ def test_a_name_that_is_no_component_is_refused() -> None:
 def test_the_round_of_an_instant_is_known_to_a_listener() -> None:
     root = Coupled("root")
     clock, first, second = root.add(Clock("clock", 10)), root.add(Echo("a")), root.add(Echo("b"))
+    inlet = root.in_port("in", int)
+    root.couple(inlet, first.inlet)
     root.couple(clock.ticks, first.inlet)
     root.couple(first.outlet, second.inlet)
     simulator = Simulator(root)
+    simulator.inject(inlet, 7)
     rounds: list[tuple[str, int]] = []
+    simulator.listen(inlet, lambda _, __: rounds.append(("in", simulator.round)))
     simulator.listen(clock.ticks, lambda _, __: rounds.append(("clock", simulator.round)))
     simulator.listen(first.outlet, lambda _, __: rounds.append(("a", simulator.round)))
     simulator.listen(second.outlet, lambda _, __: rounds.append(("b", simulator.round)))
     simulator.run(20)
-    assert rounds == [("clock", 0), ("a", 1), ("b", 2)] * 2
+    echoed = [("a", 1), ("b", 2)]
+    assert rounds == [("in", 0), *echoed, *[("clock", 0), *echoed] * 2]
 
 
 def noting(notes: list[str], name: str) -> Instrument:

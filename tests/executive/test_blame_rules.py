@@ -114,11 +114,15 @@ def test_what_is_not_measured_or_did_not_grow_explains_nothing(of_ns: int) -> No
     assert verdict(blind).cause is Cause.UNKNOWN
     assert blind.asleep_ns is None
     assert verdict(structs.replace(blind, stops=1)).cause is Cause.UNKNOWN
+    regrouped = structs.replace(LATE, run_delay_ns=LATE.of_ns, was_regrouped=True)
+    assert named(regrouped, of_ns=of_ns) is Cause.UNKNOWN
 
 
 def test_one_tick_of_the_host_or_two_of_interrupts_may_have_come_by_chance() -> None:
     assert verdict(structs.replace(LATE, stolen_ns=10 * MILLISECOND)).cause is Cause.UNKNOWN
     assert verdict(structs.replace(LATE, interrupt_ns=20 * MILLISECOND)).cause is Cause.UNKNOWN
+    certain = verdict(structs.replace(LATE, interrupt_ns=40 * MILLISECOND))
+    assert certain.explained_ns == LATE.of_ns
 
 
 def test_a_collection_that_lost_its_processor_is_not_blamed_for_that() -> None:
@@ -240,6 +244,7 @@ def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
 def test_what_waited_for_its_processor_was_not_asleep() -> None:
     waited = structs.replace(LONG, cpu_ns=500_000, run_delay_ns=2_500_000)
     assert waited.asleep_ns == 2_000_000
+    assert structs.replace(waited, cpu_ns=LONG.of_ns).asleep_ns == 0
     assert named(waited) is Cause.UNKNOWN
 
 

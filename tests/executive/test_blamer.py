@@ -30,38 +30,8 @@ from firmware_runtime.executive.late_steps import _blamer_for
 from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow, Cause
-from firmware_runtime.system.thread_counters import Counted, Reading
-
-
-class Counters:
-    """Stands in for the kernel: what it counts is set by the test."""
-
-    def __init__(self) -> None:
-        self.cpu_ns = self.run_delay_ns = self.voluntary = self.reads = 0
-        self.minor_faults = self.major_faults = 0
-        self.traced = False
-
-    def read(self) -> Reading:
-        self.reads += 1
-        schedule = b"0 %d 1" % self.run_delay_ns
-        usage = (self.minor_faults, self.major_faults, self.voluntary, 0)
-        return Reading(
-            self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
-        )
-
-    def pass_steps(self, steps: int) -> None:
-        """What is usual for so many: each runs 300 us and waits 40 us for its turn."""
-        self.cpu_ns += 300 * MICROSECOND * steps
-        self.run_delay_ns += 40 * MICROSECOND * steps
-
-    def supply(self) -> int | None:
-        return None
-
-    def is_traced(self) -> bool:
-        return self.traced
-
-    def close(self) -> None:
-        self.reads = -1
+from firmware_runtime.system.thread_counters import Counted
+from tests.support.counters import Counters
 
 
 @pytest.fixture
@@ -314,6 +284,14 @@ def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     assert blamer_module.fault_ns.__wrapped__() == found
 
 
+def test_a_page_costs_its_part_of_what_all_of_them_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    def per_page(memory: mmap.mmap) -> int:
+        return 3_000 * len(range(0, len(memory), mmap.PAGESIZE))
+
+    monkeypatch.setattr(blamer_module, "_first_touch", per_page)
+    assert blamer_module.fault_ns.__wrapped__() == 3_000
+
+
 def test_where_memory_is_refused_a_page_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_descriptor: int, _size: int) -> NoReturn:
         raise OSError(errno.ENOMEM, "no memory")
@@ -353,6 +331,8 @@ def test_waking_up_belongs_to_what_was_slept_for() -> None:
     dear = structs.replace(pages, run_delay_ns=10 * MILLISECOND)
     found = beyond_usual(Grown(dear, 1, 0), slow).counted.run_delay_ns
     assert found == 10 * MILLISECOND - 800 * MICROSECOND - 38 * WAKE_NS
+    prompt = Grown(Counted(run_delay_ns=0, voluntary=1), 1, 0)
+    assert beyond_usual(Grown(pages, 1, 0), prompt).counted.run_delay_ns == 1400 * MICROSECOND
 
 
 def test_of_steps_that_one_reading_covers_the_first_is_judged_and_less_what_the_others_took(

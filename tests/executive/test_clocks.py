@@ -128,6 +128,7 @@ class Wait(NamedTuple):
     [
         pytest.param(Wait(MonotonicClock, MILLISECOND, MILLISECOND, reading=7), id="deadline"),
         pytest.param(Wait(MonotonicClock, MILLISECOND, None, passed=SECOND), id="passed"),
+        pytest.param(Wait(MonotonicClock, 1, 1), id="a nanosecond"),
         pytest.param(Wait(MonotonicClock, NEVER, clocks.LONGEST_WAIT), id="bound"),
         pytest.param(Wait(partial(ScaledClock, 0.001), NEVER, clocks.LONGEST_WAIT), id="scaled"),
         pytest.param(Wait(partial(ScaledClock, 3), 10, 4), id="not early by rounding"),

@@ -19,10 +19,11 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics import statistics as statistics_module
 from firmware_runtime.statistics.fault_table import FaultCount
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram, bucket_of, upper_edge
-from firmware_runtime.statistics.layout import MODEL, STEP_HISTOGRAM, Layout
+from firmware_runtime.statistics.layout import HEARTBEAT, MODEL, STEP_HISTOGRAM, Layout
 from firmware_runtime.statistics.metrics import (
     BOUNDS,
     StatisticsCollector,
@@ -128,6 +129,15 @@ def test_a_loop_that_has_not_begun_has_no_heartbeat_and_no_guard(directory: Path
     assert found["firmware_runtime_guarded", "tachobot"] == 0
     assert found["firmware_runtime_overloaded", "tachobot"] == 0
     assert ("firmware_runtime_heartbeat_age_seconds", "tachobot") not in found
+
+
+def test_the_age_of_a_heartbeat_is_in_seconds(
+    file: StatisticsFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    last = file.cells[HEARTBEAT]
+    monkeypatch.setattr(statistics_module, "monotonic_ns", lambda: last + 205 * MILLISECOND)
+    found = samples(exposition("tachobot", file.statistics()))
+    assert found["firmware_runtime_heartbeat_age_seconds", "tachobot"] == 0.205
 
 
 def test_a_text_file_is_for_all_users_and_whole(

@@ -28,12 +28,13 @@ from firmware_runtime.statistics.figures import (
 )
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import local, milliseconds
+from firmware_runtime.statistics.number_formats import local, microseconds, milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
+DATE = 1_795_654_594_221_886_600
 REFUSED = "not granted: fifo_priority = 60 (Operation not permitted; needs CAP_SYS_NICE)"
 
 
@@ -66,7 +67,7 @@ def test_it_says_how_many_ticks_were_on_time(
     assert punctuality(run_of(*lateness_ms, skipped=skipped)) == said
 
 
-@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 5), ((0.1,), 0), ((0.1,), 5)])
+@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 1), ((0.1,), 0), ((0.1,), 5)])
 def test_a_run_of_reactions_alone_has_begun_too(ticks: tuple[float, ...], steps: int) -> None:
     figures = run_of(*ticks)
     run = replace(figures.conditions.run, steps=steps)
@@ -86,6 +87,60 @@ def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
 def test_all_statistics_say_first_how_it_ended_and_a_long_span_to_the_millisecond() -> None:
     assert statistics_text(run_of(0.1))[1].startswith("ended after ")
     assert milliseconds(12_345_600.0) == "12346 ms"
+
+
+@pytest.mark.parametrize(
+    ("us", "said"),
+    [
+        (None, "-"),
+        (46.07, "46.1 us"),
+        (999.0, "999.0 us"),
+        (1e3, "1.00 ms"),
+        (999_000.0, "999.00 ms"),
+        (1e6, "1.00 s"),
+    ],
+)
+def test_a_span_in_a_terminal_is_said_in_the_largest_unit_that_fits(
+    us: float | None, said: str
+) -> None:
+    assert microseconds(us) == said
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "said"),
+    [
+        ("running", None, "has run for 0.00 s"),
+        ("ended", "the run reached 1.0 s", "ended after 0.00 s"),
+        ("stopped", "SIGINT", "stopped (SIGINT) after 0.00 s"),
+        ("died", None, "died after 0.00 s"),
+    ],
+)
+def test_a_run_that_ended_before_its_time_says_why(
+    state: str, reason: str | None, said: str
+) -> None:
+    figures = run_of(0.1)
+    run = replace(figures.conditions.run, state=state, reason=reason)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    assert statistics_text(figures)[1].partition(":")[0] == said
+
+
+def test_each_model_has_a_row_of_its_own_time_above_that_of_the_whole_step() -> None:
+    lines = statistics_text(run_of(0.1))
+    head = next(number for number, line in enumerate(lines) if line.startswith("  time of"))
+    rows = [line.split() for line in lines[head + 1 : head + 4]]
+    assert [row[0] for row in rows] == ["imu", "compass", "whole"]
+    assert rows[1][1:] == ["-"] * 5
+
+
+@pytest.mark.parametrize(("clock", "is_dated"), [("MonotonicClock", True), ("ScaledClock", False)])
+def test_the_worst_has_a_date_where_an_instant_of_the_run_has_one(
+    clock: str, *, is_dated: bool
+) -> None:
+    figures = replace(run_of(0.1, clock=clock), worst=[worst(5_000.0, None)])
+    run = replace(figures.conditions.run, began_ns=DATE)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    (said,) = [each for each in statistics_text(figures) if "worst: " in each]
+    assert (f" ({local(DATE)})," in said) is is_dated
 
 
 WENT_WRONG = [

@@ -75,6 +75,15 @@ def test_a_directory_that_may_not_be_written_is_one_sentence(
         StatisticsFile(layout, header, tmp_path / "taken" / "tachobot.stats")
 
 
+def test_a_pipe_in_its_place_is_refused_and_stays(
+    layout: Layout, header: dict[str, Any], path: Path
+) -> None:
+    os.mkfifo(path)
+    with pytest.raises(StatisticsFileError, match=r"tachobot\.stats: .* cannot be made"):
+        StatisticsFile(layout, header, path)
+    assert path.is_fifo()
+
+
 def test_no_file_is_one_sentence(path: Path) -> None:
     with pytest.raises(StatisticsFileError, match=r"cannot be read.*expected a run"):
         read_statistics(path)

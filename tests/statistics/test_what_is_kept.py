@@ -121,6 +121,7 @@ def test_what_a_program_was_told_can_be_said_to_people() -> None:
 @pytest.mark.parametrize(("speed", "passed"), [(0.0, 8), (1.0, 8), (2.0, 4), (0.5, 16)])
 def test_a_clock_that_is_faster_takes_less_time(speed: float, passed: int) -> None:
     assert Dates(DATE, [], speed).of(8 * SECOND) == DATE + passed * SECOND
+    assert Dates(None, [(8 * SECOND, DATE)], speed).of(0) == DATE - passed * SECOND
 
 
 def test_no_date_is_said_where_none_is_known() -> None:
