@@ -166,6 +166,7 @@ def test_a_clock_or_a_supply_explains_no_more_than_it_makes_the_usual_work_longe
     assert named(computed, khz_before=1_800_000, khz=600_000) is Cause.MODEL
     assert named(computed, khz_before=3_000_000, khz=2_500_000) is Cause.MODEL
     assert named(computed, supply=1) is Cause.MODEL
+    assert named(computed, usual_cpu_ns=1_000_000, khz_before=1_800_000, khz=600_000) is Cause.MODEL
 
 
 def test_what_slow_steps_before_it_may_have_had_of_a_counter_explains_nothing() -> None:

@@ -2,6 +2,8 @@
 
 import errno
 import mmap
+import os
+import signal
 from collections.abc import Iterator
 from itertools import accumulate, cycle
 from typing import NoReturn
@@ -30,6 +32,7 @@ from firmware_runtime.executive.late_steps import _blamer_for
 from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow, Cause
+from firmware_runtime.system.machine_counters import CONTINUED
 from firmware_runtime.system.thread_counters import Counted
 from tests.support.counters import Counters
 
@@ -183,6 +186,15 @@ def test_a_run_that_is_over_has_its_counters_closed(blamer: Blamer, counters: Co
     assert explained(blamer, late(wake=SECOND), 1) == NOTHING
 
 
+def test_that_the_process_goes_on_after_a_stop_is_counted_while_counters_are_open(
+    blamer: Blamer,
+) -> None:
+    os.kill(os.getpid(), signal.SIGCONT)
+    assert CONTINUED.times == 1
+    blamer.close()
+    assert CONTINUED.times is None
+
+
 def test_states_and_throttling_have_no_usual_amount() -> None:
     found = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=10), 10, 0)
     quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0)
@@ -284,11 +296,13 @@ def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     assert blamer_module.fault_ns.__wrapped__() == found
 
 
-def test_a_page_costs_its_part_of_what_all_of_them_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    def per_page(memory: mmap.mmap) -> int:
-        return 3_000 * len(range(0, len(memory), mmap.PAGESIZE))
+def test_a_page_costs_its_part_of_what_a_usual_batch_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    prices = iter((2_000, 9_000, 3_000, 1_000, 7_000))
 
-    monkeypatch.setattr(blamer_module, "_first_touch", per_page)
+    def touch(memory: mmap.mmap) -> int:
+        return next(prices) * len(range(0, len(memory), mmap.PAGESIZE))
+
+    monkeypatch.setattr(blamer_module, "_first_touch", touch)
     assert blamer_module.fault_ns.__wrapped__() == 3_000
 
 

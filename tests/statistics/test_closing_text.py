@@ -195,6 +195,19 @@ def test_a_model_that_only_reacts_has_a_dash_for_activations_and_another_for_rea
     assert row[3:5] == said
 
 
+@pytest.mark.parametrize(
+    ("reactions", "said"),
+    [(0, ""), (1, "; 1 reaction to inputs"), (2, "; 2 reactions to inputs")],
+)
+def test_reactions_to_inputs_are_counted_in_words_where_there_are_any(
+    reactions: int, said: str
+) -> None:
+    figures = run_of(0.1)
+    imu = replace(figures.models["imu"], reactions=reactions)
+    story = statistics_text(replace(figures, models={**figures.models, "imu": imu}))[1]
+    assert story.endswith(f", 0 coalesced{said}; 0 overruns in 0 episodes")
+
+
 def test_in_virtual_time_nothing_can_be_late() -> None:
     found = run_of(0.0, clock="VirtualClock")
     assert punctuality(found) == "in virtual time: nothing can be late"
