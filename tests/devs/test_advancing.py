@@ -148,6 +148,12 @@ def test_a_run_passes_over_what_inputs_have_put_off(kind: type[Engine]) -> None:
     assert simulator.next_at == 12
 
 
+def test_an_event_may_be_postponed_to_the_instant_at_which_it_is_due() -> None:
+    shell = Shell()
+    shell.simulator.postpone(shell.clock, 10)
+    assert shell.simulator.due_at(shell.clock) == 10
+
+
 def test_a_postponed_model_holds_its_phase_longer_and_input_leaves_the_rest_of_it() -> None:
     shell = Shell()
     shell.simulator.postpone(shell.clock, 25)
