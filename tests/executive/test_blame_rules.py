@@ -107,7 +107,7 @@ def test_less_than_enough_is_unknown_rather_than_a_guess() -> None:
     assert verdict(structs.replace(LATE, run_delay_ns=short - 1)).cause is Cause.UNKNOWN
 
 
-@pytest.mark.parametrize("of_ns", [1, LATE.of_ns])
+@pytest.mark.parametrize("of_ns", [0, 1, LATE.of_ns])
 def test_what_is_not_measured_or_did_not_grow_explains_nothing(of_ns: int) -> None:
     assert named(LATE, of_ns=of_ns) is Cause.UNKNOWN
     blind = Evidence(of_ns=of_ns)

@@ -252,10 +252,11 @@ def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters:
     assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
 
 
+@pytest.mark.parametrize(("spent", "culprit"), [((0, 0), NOT_MEASURED), ((0, 1), 0x68)])
 def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
-    counters: Counters,
+    counters: Counters, spent: tuple[int, int], culprit: int
 ) -> None:
-    """It asked one beyond those that have a place of their own."""
+    """If none, it asked one beyond those that have a place of their own."""
     root = Coupled("root")
     root.add(Atomic("imu"))
     clock = MonotonicClock()
@@ -267,10 +268,10 @@ def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
     meter.retries = 1
     counters.pass_steps(1)
     counters.voluntary = 1
-    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[(0, 0)])
+    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[spent])
     row = explained(found, one, 1)
     found.close()
-    assert (cause(row.cause), row.culprit) == (Cause.BUS, NOT_MEASURED)
+    assert (cause(row.cause), row.culprit) == (Cause.BUS, culprit)
 
 
 def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters: Counters) -> None:

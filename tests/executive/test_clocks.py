@@ -169,6 +169,7 @@ def test_an_input_ends_a_wait(bell: Bell) -> None:
 
 def test_scaled_time_is_faster_by_its_speed(hardware: Hardware) -> None:
     clock = ScaledClock(2.5)
+    assert clock.now() == 0
     clock.start(SECOND)
     hardware.instant += 4 * MILLISECOND
     assert clock.now() == SECOND + 10 * MILLISECOND

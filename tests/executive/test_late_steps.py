@@ -12,7 +12,7 @@ from firmware_runtime.statistics.blame import Blame
 from firmware_runtime.system.thread_counters import Reading
 from tests.support.counters import Counters
 from tests.support.executives import Run
-from tests.support.periodic_models import Robot
+from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock
 
 
@@ -73,12 +73,25 @@ def test_a_reading_for_which_there_was_no_time_is_made_up_for_soon(
     assert rig.read_at == [0, 150]
 
 
-@pytest.mark.parametrize(("spent_us", "others_us"), [(250, 0), (251, 251), (900, 900)])
-def test_a_step_on_time_that_took_a_quarter_of_what_is_tolerated_may_have_had_what_was_counted(
+@pytest.mark.parametrize(("spent_us", "others_us"), [(350, 0), (351, 251), (1000, 900)])
+def test_a_step_on_time_that_took_longer_by_a_quarter_of_what_is_tolerated_is_slow(
     monkeypatch: pytest.MonkeyPatch, spent_us: int, others_us: int
 ) -> None:
     rig = Rig(monkeypatch, {30: 5 * MILLISECOND})
-    spent = spent_us * MICROSECOND
-    rig.robot.imu.work = lambda number: rig.clock.spend(spent if number == 20 else 0)
+    rig.robot.imu.work = lambda number: rig.clock.spend(
+        (spent_us if number == 20 else 100) * MICROSECOND
+    )
     rig.run.until(SECOND // 2)
     assert rig.blame().evidence["others_us"] == others_us
+
+
+def test_a_late_step_behind_another_that_was_short_itself_has_had_nothing_of_what_was_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = Robot(compass=PERIOD)
+    robot.compass.offset = MILLISECOND
+    rig = Rig(monkeypatch, {}, robot)
+    robot.imu.work = lambda number: rig.clock.spend(3 * MILLISECOND if number == 20 else 0)
+    rig.run.until(SECOND // 2)
+    assert rig.run.model("compass")["overruns"] == 1
+    assert rig.blame().evidence["others_us"] == 0

@@ -281,6 +281,16 @@ def test_garbage_is_frozen_and_left_alone_for_the_run_only(monkeypatch: pytest.M
     assert (gc.get_freeze_count(), gc.isenabled()) == (0, True)
 
 
+def test_processors_are_kept_awake_by_a_latency_of_zero(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    device = tmp_path / "cpu_dma_latency"
+    device.touch()
+    monkeypatch.setattr(process, "CPU_DMA_LATENCY", device)
+    assert report(ProcessSettings(keep_cpu_awake=True))["keep_cpu_awake"].granted
+    assert device.read_bytes() == bytes(4)
+
+
 def test_spinning_is_for_the_run_only() -> None:
     clock = MonotonicClock()
     with in_force(ProcessSettings(spin_us=20), clock) as granted:

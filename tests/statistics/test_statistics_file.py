@@ -75,6 +75,14 @@ def test_a_directory_that_may_not_be_written_is_one_sentence(
         StatisticsFile(layout, header, tmp_path / "taken" / "tachobot.stats")
 
 
+def test_directories_that_are_missing_are_made(
+    layout: Layout, header: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "state" / "robots" / "tachobot.stats"
+    StatisticsFile(layout, header, path)
+    assert read_statistics(path).complete
+
+
 def test_a_pipe_in_its_place_is_refused_and_stays(
     layout: Layout, header: dict[str, Any], path: Path
 ) -> None:
