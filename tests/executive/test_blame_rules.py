@@ -222,7 +222,8 @@ def test_a_bus_explains_only_what_the_step_was_asleep() -> None:
 def test_faults_explain_nothing_before_the_step() -> None:
     faulty = structs.replace(LATE, cpu_ns=10_000_000, faults_ns=10_000_000)
     assert named(faulty) is Cause.UNKNOWN
-    assert named(faulty, before_wait_ns=10_000_000) is Cause.FAULTS
+    waited = verdict(structs.replace(faulty, before_wait_ns=10_500_000))
+    assert (waited.cause, waited.explained_ns) == (Cause.FAULTS, 10_000_000)
 
 
 def test_a_long_sleep_after_the_deadline_is_a_quotas_if_one_was_used_up() -> None:
