@@ -287,6 +287,23 @@ def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters
     assert row.others_ns == 0
 
 
+def test_a_single_quiet_step_says_what_work_is_usual_for_a_clock_that_is_held_down(
+    counters: Counters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    found = Blamer(clock, Profiler(root, clock.now, Configuration()).accounting.accounts, ())
+    found.open(0)
+    counters.pass_steps(1)
+    found.keep(1)
+    counters.pass_steps(4)  # the same work at a quarter of the clock
+    monkeypatch.setattr(counters, "supply", lambda: 1)
+    row = explained(found, structs.replace(late(step=1200 * MICROSECOND), own_times=(0,)), 2)
+    found.close()
+    assert (cause(row.cause), row.explained_ns) == (Cause.SUPPLY, 900 * MICROSECOND)
+
+
 @pytest.mark.parametrize(("first", "second", "found"), [(20_000, 4_000, 1_000), (100, 5_000, 0)])
 def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     monkeypatch: pytest.MonkeyPatch, first: int, second: int, found: int

@@ -85,13 +85,16 @@ def test_a_step_on_time_that_took_longer_by_a_quarter_of_what_is_tolerated_is_sl
     assert rig.blame().evidence["others_us"] == others_us
 
 
-def test_a_late_step_behind_another_that_was_short_itself_has_had_nothing_of_what_was_counted(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("behind_us", [0, 900])
+def test_a_late_step_behind_another_has_had_of_what_was_counted_what_it_took_beyond_the_usual(
+    monkeypatch: pytest.MonkeyPatch, behind_us: int
 ) -> None:
+    behind = behind_us * MICROSECOND
     robot = Robot(compass=PERIOD)
     robot.compass.offset = MILLISECOND
     rig = Rig(monkeypatch, {}, robot)
     robot.imu.work = lambda number: rig.clock.spend(3 * MILLISECOND if number == 20 else 0)
+    robot.compass.work = lambda number: rig.clock.spend(behind if number == 20 else 0)
     rig.run.until(SECOND // 2)
     assert rig.run.model("compass")["overruns"] == 1
-    assert rig.blame().evidence["others_us"] == 0
+    assert rig.blame().evidence["others_us"] == behind_us

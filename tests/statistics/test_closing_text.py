@@ -196,14 +196,19 @@ def test_a_model_that_only_reacts_has_a_dash_for_activations_and_another_for_rea
 
 
 @pytest.mark.parametrize(
-    ("reactions", "said"),
-    [(0, ""), (1, "; 1 reaction to inputs"), (2, "; 2 reactions to inputs")],
+    ("counted", "said"),
+    [
+        ({}, ""),
+        ({"reactions": 1}, "; 1 reaction to inputs"),
+        ({"reactions": 2}, "; 2 reactions to inputs"),
+        ({"waiting": 1}, ", 1 waiting"),
+    ],
 )
-def test_reactions_to_inputs_are_counted_in_words_where_there_are_any(
-    reactions: int, said: str
+def test_what_waits_and_what_was_answered_at_once_is_said_where_there_is_such_a_thing(
+    counted: dict[str, int], said: str
 ) -> None:
     figures = run_of(0.1)
-    imu = replace(figures.models["imu"], reactions=reactions)
+    imu = replace(figures.models["imu"], **counted)
     story = statistics_text(replace(figures, models={**figures.models, "imu": imu}))[1]
     assert story.endswith(f", 0 coalesced{said}; 0 overruns in 0 episodes")
 
