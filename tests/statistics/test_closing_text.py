@@ -28,7 +28,12 @@ from firmware_runtime.statistics.figures import (
 )
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import local, microseconds, milliseconds
+from firmware_runtime.statistics.number_formats import (
+    local,
+    microseconds,
+    milliseconds,
+    three_digits,
+)
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
@@ -104,6 +109,21 @@ def test_a_span_in_a_terminal_is_said_in_the_largest_unit_that_fits(
     us: float | None, said: str
 ) -> None:
     assert microseconds(us) == said
+
+
+@pytest.mark.parametrize(
+    ("us", "said"),
+    [
+        (None, "-"),
+        (46.07, "46.1 us"),
+        (999.4, "999 us"),
+        (999.5, "1 ms"),
+        (999_500.0, "1 s"),
+        (5e9, "5e+03 s"),
+    ],
+)
+def test_a_span_in_a_narrow_column_has_three_digits(us: float | None, said: str) -> None:
+    assert three_digits(us) == said
 
 
 @pytest.mark.parametrize(
