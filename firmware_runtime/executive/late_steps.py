@@ -121,7 +121,7 @@ class LateSteps:
             previous_end=previous_end,
             own_times=tuple(step.own_times),
             spent=[tuple(bus.spent) for bus in self._buses],
-            beyond=max(spent - self._usual, 0) if spent > self.slow else 0,
+            beyond=spent - self._usual if spent > self.slow else 0,
             steps=steps,
         )
         opens = latest.in_episode and latest.cause == ""

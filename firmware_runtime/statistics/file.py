@@ -16,13 +16,7 @@ from msgspec.structs import replace
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file_header import STATISTICS, Header, Saved, count_overdue
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import (
-    ELAPSED,
-    HEARTBEAT,
-    SEQUENCE,
-    WRITTEN,
-    Layout,
-)
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, SEQUENCE, Layout
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.atomic_file import keep_file
 from firmware_runtime.system.this_process import this_process
@@ -76,19 +70,15 @@ class StatisticsFile:
         """
         self.cells[SEQUENCE] = self.sequence + 1
 
-    def close_section(self, now: int, lag: int = 0) -> None:
+    def close_section(self, now: int) -> None:
         """Note the instant and the heartbeat, then make the sequence even.
 
         The heartbeat is the instant of CLOCK_MONOTONIC up to which logical time has caught up with
-        the clock: it is behind by `lag`, ns of real time. Where it is behind, `written_ns` is when
-        that was written; else it was written then.
+        the clock. After a step it may be behind: see `executive.ledger`.
         """
         cells = self.cells
         cells[ELAPSED] = now
-        now_ns = monotonic_ns()
-        cells[HEARTBEAT] = now_ns - lag
-        if lag > 0:
-            cells[WRITTEN] = now_ns
+        cells[HEARTBEAT] = monotonic_ns()
         self.sequence = cells[SEQUENCE] = self.sequence + 2
 
     def close_section_as_it_was(self) -> None:

@@ -73,7 +73,10 @@ def untraced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Trace:
-    """In which `stress` took the processor of this process for 3 ms of the late activation."""
+    """In which `stress` took the processor of this process for 3 ms of the late activation.
+
+    Long enough before that and after it `cron` did.
+    """
 
     def __init__(self, run: Run) -> None:
         self._run = run
@@ -81,10 +84,20 @@ class Trace:
     def read(self) -> list[Switch]:
         cells = self._run.file.cells
         due = max(cells[WRITTEN], cells[HEARTBEAT]) - cells[ELAPSED] + 20 * MILLISECOND
-        loop, other = Thread("python", os.getpid(), 49), Thread("stress", 900, 19)
+        loop = Thread("python", os.getpid(), 49)
+        over = due + LATE + 90_000
+        taken = (
+            (due - 700_000, due - 600_000, Thread("cron", 901, 19)),
+            (due + 100_000, due + 3_100_000, Thread("stress", 900, 19)),
+            (over + 600_000, over + 700_000, Thread("cron", 901, 19)),
+        )
         return [
-            Switch(due + 100_000, 1, still_could=True, before=loop, to=other),
-            Switch(due + 3_100_000, 1, before=other, to=loop),
+            switch
+            for begin, end, other in taken
+            for switch in (
+                Switch(begin, 1, still_could=True, before=loop, to=other),
+                Switch(end, 1, before=other, to=loop),
+            )
         ]
 
 

@@ -16,12 +16,12 @@ from tests.support.devs_models import Clock, Echo, Log, Scripted, top
 class Shell:
     """A log fed from outside, next to a clock with period 10."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: type[Engine] = Simulator) -> None:
         self.clock, self.log = Clock("clock", 10), Log("log")
         self.model = top(self.clock, self.log)
         self.inlet = self.model.in_port("in", int)
         self.model.couple(self.inlet, self.log.values)
-        self.simulator = Simulator(self.model)
+        self.simulator = kind(self.model)
 
     def inject(self, at: int, *values: int) -> None:
         for value in values:
@@ -97,6 +97,7 @@ BEYOND = r"^top: cannot advance to .*0\.000000005 s \(now\)"
 EARLIER = r"^top\.clock: cannot postpone .*0\.000000010 s"
 
 
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
 @pytest.mark.parametrize(
     ("use", "error", "sentence"),
     [
@@ -124,15 +125,33 @@ EARLIER = r"^top\.clock: cannot postpone .*0\.000000010 s"
     ],
 )
 def test_what_a_loop_may_not_ask_for_is_refused(
-    use: Callable[[Shell], object], error: type[ModelError], sentence: str
+    use: Callable[[Shell], object], error: type[ModelError], sentence: str, kind: type[Engine]
 ) -> None:
-    shell = Shell()
+    shell = Shell(kind)
     shell.inject(5, 1)
     with pytest.raises(error, match=sentence):
         use(shell)
     assert shell.simulator.due_at(shell.clock) == 10
     with pytest.raises(ModelError, match="cannot advance to never"):
-        Simulator(top(Log("log"))).advance(NEVER)
+        kind(top(Log("log"))).advance(NEVER)
+
+
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+def test_a_run_passes_over_what_inputs_have_put_off(kind: type[Engine]) -> None:
+    clock, model = Clock("clock", 3), Scripted("model", sigma=5)
+    root = top(clock, model)
+    root.couple(clock.ticks, model.inlet)
+    model.on_external = lambda _elapsed: model.hold_in("waiting", 5)
+    simulator = kind(root)
+    simulator.run(10)
+    assert model.calls == [("external", 3)] * 3
+    assert simulator.next_at == 12
+
+
+def test_an_event_may_be_postponed_to_the_instant_at_which_it_is_due() -> None:
+    shell = Shell()
+    shell.simulator.postpone(shell.clock, 10)
+    assert shell.simulator.due_at(shell.clock) == 10
 
 
 def test_a_postponed_model_holds_its_phase_longer_and_input_leaves_the_rest_of_it() -> None:

@@ -9,7 +9,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelFailure, SelectError
 from firmware_runtime.devs.time import NEVER
-from tests.support.devs_models import Clock, Log, Scripted, top, traced
+from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
 
 
 class Choosing(Coupled):
@@ -184,6 +184,13 @@ def test_injected_values_arrive_first_one_by_one() -> None:
     assert (log.bags, log.elapsed) == ([[7], [8], [0]], [4, 0, 0])
     simulator.advance(4)
     assert simulator.visit == 1  # of this instant, after its first
+
+
+def test_an_answer_to_an_injected_value_is_of_the_first_round() -> None:
+    echo = Echo("echo")
+    simulator = ClassicSimulator(echo, zero_time_limit=1)
+    simulator.inject(echo.inlet, 7)
+    assert traced(simulator, 0) == [(0, "out", 7)]
 
 
 def test_listeners_and_checked_mode_work_as_in_the_parallel_simulator() -> None:

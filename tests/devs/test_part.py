@@ -7,10 +7,11 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.functions import Functions, Instrument, Wrapped
+from firmware_runtime.devs.functions import FUNCTIONS, Functions, Instrument, Laps, Wrapped
 from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import NEVER
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top
 
 
@@ -82,15 +83,22 @@ def test_a_name_that_is_no_component_is_refused() -> None:
 def test_the_round_of_an_instant_is_known_to_a_listener() -> None:
     root = Coupled("root")
     clock, first, second = root.add(Clock("clock", 10)), root.add(Echo("a")), root.add(Echo("b"))
+    inlet = root.in_port("in", int)
+    root.couple(inlet, first.inlet)
     root.couple(clock.ticks, first.inlet)
     root.couple(first.outlet, second.inlet)
     simulator = Simulator(root)
+    simulator.inject(inlet, 7)
     rounds: list[tuple[str, int]] = []
+    simulator.listen(inlet, lambda _, __: rounds.append(("in", simulator.round)))
     simulator.listen(clock.ticks, lambda _, __: rounds.append(("clock", simulator.round)))
     simulator.listen(first.outlet, lambda _, __: rounds.append(("a", simulator.round)))
     simulator.listen(second.outlet, lambda _, __: rounds.append(("b", simulator.round)))
     simulator.run(20)
-    assert rounds == [("clock", 0), ("a", 1), ("b", 2)] * 2
+    simulator.inject(inlet, 8)
+    simulator.advance(20)
+    ticks, entries = ([(first, 0), ("a", 1), ("b", 2)] for first in ("clock", "in"))
+    assert rounds == [*entries, *ticks, *ticks, *entries]
 
 
 def noting(notes: list[str], name: str) -> Instrument:
@@ -151,6 +159,17 @@ def test_every_function_is_wrapped_and_a_default_confluent_is_the_two_it_stands_
     notes: list[str] = []
     Simulator(meeting(), instruments=[noting(notes, "i")]).run(5)
     assert notes == MET
+
+
+def test_laps_have_every_function_that_returned_with_its_model_and_what_it_booked() -> None:
+    laps = Laps(lambda: 7)
+    Simulator(meeting(), laps=laps).run(5)
+    numbers, functions, readings, sigmas = (laps.noted[each::4] for each in range(4))
+    names = ["clock", "own", "plain", "waiting"]
+    called = zip(numbers, functions, strict=True)
+    assert [f"i {names[number]}.{FUNCTIONS[function]}" for number, function in called] == MET
+    assert set(readings) == {7}
+    assert sigmas == [0, 0, 0, 5, 5, 5, 5, NEVER]
 
 
 def test_between_two_advances_an_instrument_may_come_and_go() -> None:

@@ -73,6 +73,12 @@ class Hasty(Atomic):
         super().__init__(name)
 
 
+class Rash(Atomic):
+    def __init__(self, name: str) -> None:
+        self.inlet = self.in_port("in", int)
+        super().__init__(name)
+
+
 class Hollow(Coupled):
     def __init__(self) -> None:
         self.part = self.add(Atomic("part"))
@@ -91,13 +97,14 @@ class Wired(Coupled):
         lambda: Coupled("root").add(Skipping()),
         lambda: run(Skipping(), for_s=1.0, clock="virtual"),
         lambda: Hasty("hasty"),
+        lambda: Rash("rash"),
         Hollow,
         Wired,
     ],
 )
 def test_a_model_whose_init_skips_that_of_its_base_is_named(declare: Callable[[], object]) -> None:
     with pytest.raises(
-        CouplingError, match=r"^(Skipping|Hasty|Hollow|Wired): .* super\(\)\.__init__"
+        CouplingError, match=r"^(Skipping|Hasty|Rash|Hollow|Wired): .* super\(\)\.__init__"
     ):
         declare()
 

@@ -135,6 +135,12 @@ def test_an_atomic_model_alone_is_state_in_and_state_out() -> None:
     echo.output()
     echo.internal()
     assert (echo.held, echo.phase, echo.sigma) == ([], "passive", NEVER)
+    model = Atomic("model")
+    model.hold_in("waiting", 5)
+    model.external(3)  # its own functions leave the phase alone up to its end
+    assert (model.phase, model.sigma) == ("waiting", 2)
+    model.internal()
+    assert (model.phase, model.sigma) == ("passive", NEVER)
 
 
 class Whole(enum.IntEnum):

@@ -10,6 +10,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -260,6 +261,15 @@ def test_what_is_due_when_the_run_is_stopped_counts_as_skipped() -> None:
     run.until(SECOND)
     # ten activations each, then those at 100, 110, 120, 130 and 140 ms
     assert run.counts("imu") == run.counts("compass") == (15, 10, 5, 0)
+
+
+@pytest.mark.parametrize(("beyond", "state"), [(0, RunState.ENDED), (1, RunState.OVERRUN)])
+def test_an_activation_just_as_late_as_its_policy_allows_stops_no_run(
+    beyond: int, state: RunState
+) -> None:
+    policies = {"imu": ActivationPolicy("stop", stop_after_us=30_000)}
+    clock = StallingClock({10: 30 * MILLISECOND + beyond})
+    assert Run(Robot(), clock, Configuration(policies=policies)).until(SECOND).state is state
 
 
 def test_an_activation_that_begins_too_late_within_its_step_stops_the_run_too() -> None:

@@ -113,6 +113,17 @@ def test_what_a_model_has_slipped_before_an_input_moves_it_is_forgotten() -> Non
     assert run.counts("sampler") == (7, 7, 0, 0)
 
 
+def test_it_is_forgotten_too_where_an_input_brings_an_activation_forward() -> None:
+    sampler = Sampler("sampler")
+    spans = iter((sampler.period + 1, *[sampler.period] * 2, 2 * sampler.period - 1))
+    robot, clock = Fed(sampler), StallingClock()
+    sampler.work = lambda _number: setattr(sampler, "period", next(spans, NEVER))
+    run = Run(robot, clock)
+    clock.at(15 * MILLISECOND, partial(run.executive.inbox.post, robot.command, 2 * MILLISECOND))
+    run.until(50 * MILLISECOND)  # at 0, 10, 17, 27 and 47 ms: but for a nanosecond never a period
+    assert run.counts("sampler") == (5, 5, 0, 0)
+
+
 def test_an_activation_that_an_input_has_a_passive_model_book_is_due_like_any_other() -> None:
     def fail(_number: int) -> None:
         raise ValueError

@@ -107,18 +107,22 @@ def test_less_than_enough_is_unknown_rather_than_a_guess() -> None:
     assert verdict(structs.replace(LATE, run_delay_ns=short - 1)).cause is Cause.UNKNOWN
 
 
-@pytest.mark.parametrize("of_ns", [1, LATE.of_ns])
+@pytest.mark.parametrize("of_ns", [0, 1, LATE.of_ns])
 def test_what_is_not_measured_or_did_not_grow_explains_nothing(of_ns: int) -> None:
     assert named(LATE, of_ns=of_ns) is Cause.UNKNOWN
     blind = Evidence(of_ns=of_ns)
     assert verdict(blind).cause is Cause.UNKNOWN
     assert blind.asleep_ns is None
     assert verdict(structs.replace(blind, stops=1)).cause is Cause.UNKNOWN
+    regrouped = structs.replace(LATE, run_delay_ns=LATE.of_ns, was_regrouped=True)
+    assert named(regrouped, of_ns=of_ns) is Cause.UNKNOWN
 
 
 def test_one_tick_of_the_host_or_two_of_interrupts_may_have_come_by_chance() -> None:
     assert verdict(structs.replace(LATE, stolen_ns=10 * MILLISECOND)).cause is Cause.UNKNOWN
     assert verdict(structs.replace(LATE, interrupt_ns=20 * MILLISECOND)).cause is Cause.UNKNOWN
+    certain = verdict(structs.replace(LATE, interrupt_ns=40 * MILLISECOND))
+    assert certain.explained_ns == LATE.of_ns
 
 
 def test_a_collection_that_lost_its_processor_is_not_blamed_for_that() -> None:
@@ -162,6 +166,7 @@ def test_a_clock_or_a_supply_explains_no_more_than_it_makes_the_usual_work_longe
     assert named(computed, khz_before=1_800_000, khz=600_000) is Cause.MODEL
     assert named(computed, khz_before=3_000_000, khz=2_500_000) is Cause.MODEL
     assert named(computed, supply=1) is Cause.MODEL
+    assert named(computed, usual_cpu_ns=1_000_000, khz_before=1_800_000, khz=600_000) is Cause.MODEL
 
 
 def test_what_slow_steps_before_it_may_have_had_of_a_counter_explains_nothing() -> None:
@@ -217,7 +222,8 @@ def test_a_bus_explains_only_what_the_step_was_asleep() -> None:
 def test_faults_explain_nothing_before_the_step() -> None:
     faulty = structs.replace(LATE, cpu_ns=10_000_000, faults_ns=10_000_000)
     assert named(faulty) is Cause.UNKNOWN
-    assert named(faulty, before_wait_ns=10_000_000) is Cause.FAULTS
+    waited = verdict(structs.replace(faulty, before_wait_ns=10_500_000))
+    assert (waited.cause, waited.explained_ns) == (Cause.FAULTS, 10_000_000)
 
 
 def test_a_long_sleep_after_the_deadline_is_a_quotas_if_one_was_used_up() -> None:
@@ -240,6 +246,7 @@ def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
 def test_what_waited_for_its_processor_was_not_asleep() -> None:
     waited = structs.replace(LONG, cpu_ns=500_000, run_delay_ns=2_500_000)
     assert waited.asleep_ns == 2_000_000
+    assert structs.replace(waited, cpu_ns=LONG.of_ns).asleep_ns == 0
     assert named(waited) is Cause.UNKNOWN
 
 

@@ -2,6 +2,8 @@
 
 import errno
 import mmap
+import os
+import signal
 from collections.abc import Iterator
 from itertools import accumulate, cycle
 from typing import NoReturn
@@ -30,38 +32,9 @@ from firmware_runtime.executive.late_steps import _blamer_for
 from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow, Cause
-from firmware_runtime.system.thread_counters import Counted, Reading
-
-
-class Counters:
-    """Stands in for the kernel: what it counts is set by the test."""
-
-    def __init__(self) -> None:
-        self.cpu_ns = self.run_delay_ns = self.voluntary = self.reads = 0
-        self.minor_faults = self.major_faults = 0
-        self.traced = False
-
-    def read(self) -> Reading:
-        self.reads += 1
-        schedule = b"0 %d 1" % self.run_delay_ns
-        usage = (self.minor_faults, self.major_faults, self.voluntary, 0)
-        return Reading(
-            self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
-        )
-
-    def pass_steps(self, steps: int) -> None:
-        """What is usual for so many: each runs 300 us and waits 40 us for its turn."""
-        self.cpu_ns += 300 * MICROSECOND * steps
-        self.run_delay_ns += 40 * MICROSECOND * steps
-
-    def supply(self) -> int | None:
-        return None
-
-    def is_traced(self) -> bool:
-        return self.traced
-
-    def close(self) -> None:
-        self.reads = -1
+from firmware_runtime.system.machine_counters import CONTINUED
+from firmware_runtime.system.thread_counters import Counted
+from tests.support.counters import Counters
 
 
 @pytest.fixture
@@ -213,6 +186,15 @@ def test_a_run_that_is_over_has_its_counters_closed(blamer: Blamer, counters: Co
     assert explained(blamer, late(wake=SECOND), 1) == NOTHING
 
 
+def test_that_the_process_goes_on_after_a_stop_is_counted_while_counters_are_open(
+    blamer: Blamer,
+) -> None:
+    os.kill(os.getpid(), signal.SIGCONT)
+    assert CONTINUED.times == 1
+    blamer.close()
+    assert CONTINUED.times is None
+
+
 def test_states_and_throttling_have_no_usual_amount() -> None:
     found = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=10), 10, 0)
     quiet = Grown(Counted(throttled_ns=5, continued=1, khz=7, cpu_ns=20), 10, 0)
@@ -270,10 +252,11 @@ def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters:
     assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
 
 
+@pytest.mark.parametrize(("spent", "culprit"), [((0, 0), NOT_MEASURED), ((0, 1), 0x68)])
 def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
-    counters: Counters,
+    counters: Counters, spent: tuple[int, int], culprit: int
 ) -> None:
-    """It asked one beyond those that have a place of their own."""
+    """If none, it asked one beyond those that have a place of their own."""
     root = Coupled("root")
     root.add(Atomic("imu"))
     clock = MonotonicClock()
@@ -285,10 +268,10 @@ def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
     meter.retries = 1
     counters.pass_steps(1)
     counters.voluntary = 1
-    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[(0, 0)])
+    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[spent])
     row = explained(found, one, 1)
     found.close()
-    assert (cause(row.cause), row.culprit) == (Cause.BUS, NOT_MEASURED)
+    assert (cause(row.cause), row.culprit) == (Cause.BUS, culprit)
 
 
 def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters: Counters) -> None:
@@ -304,6 +287,23 @@ def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters
     assert row.others_ns == 0
 
 
+def test_a_single_quiet_step_says_what_work_is_usual_for_a_clock_that_is_held_down(
+    counters: Counters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    found = Blamer(clock, Profiler(root, clock.now, Configuration()).accounting.accounts, ())
+    found.open(0)
+    counters.pass_steps(1)
+    found.keep(1)
+    counters.pass_steps(4)  # the same work at a quarter of the clock
+    monkeypatch.setattr(counters, "supply", lambda: 1)
+    row = explained(found, structs.replace(late(step=1200 * MICROSECOND), own_times=(0,)), 2)
+    found.close()
+    assert (cause(row.cause), row.explained_ns) == (Cause.SUPPLY, 900 * MICROSECOND)
+
+
 @pytest.mark.parametrize(("first", "second", "found"), [(20_000, 4_000, 1_000), (100, 5_000, 0)])
 def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     monkeypatch: pytest.MonkeyPatch, first: int, second: int, found: int
@@ -312,6 +312,16 @@ def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     monkeypatch.setattr(blamer_module, "thread_time_ns", lambda: next(instants))
     monkeypatch.setattr(blamer_module, "PAGES", 16)
     assert blamer_module.fault_ns.__wrapped__() == found
+
+
+def test_a_page_costs_its_part_of_what_a_usual_batch_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    prices = iter((2_000, 9_000, 3_000, 1_000, 7_000))
+
+    def touch(memory: mmap.mmap) -> int:
+        return next(prices) * len(range(0, len(memory), mmap.PAGESIZE))
+
+    monkeypatch.setattr(blamer_module, "_first_touch", touch)
+    assert blamer_module.fault_ns.__wrapped__() == 3_000
 
 
 def test_where_memory_is_refused_a_page_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -353,6 +363,8 @@ def test_waking_up_belongs_to_what_was_slept_for() -> None:
     dear = structs.replace(pages, run_delay_ns=10 * MILLISECOND)
     found = beyond_usual(Grown(dear, 1, 0), slow).counted.run_delay_ns
     assert found == 10 * MILLISECOND - 800 * MICROSECOND - 38 * WAKE_NS
+    prompt = Grown(Counted(run_delay_ns=0, voluntary=1), 1, 0)
+    assert beyond_usual(Grown(pages, 1, 0), prompt).counted.run_delay_ns == 1400 * MICROSECOND
 
 
 def test_of_steps_that_one_reading_covers_the_first_is_judged_and_less_what_the_others_took(

@@ -128,6 +128,7 @@ class Wait(NamedTuple):
     [
         pytest.param(Wait(MonotonicClock, MILLISECOND, MILLISECOND, reading=7), id="deadline"),
         pytest.param(Wait(MonotonicClock, MILLISECOND, None, passed=SECOND), id="passed"),
+        pytest.param(Wait(MonotonicClock, 1, 1), id="a nanosecond"),
         pytest.param(Wait(MonotonicClock, NEVER, clocks.LONGEST_WAIT), id="bound"),
         pytest.param(Wait(partial(ScaledClock, 0.001), NEVER, clocks.LONGEST_WAIT), id="scaled"),
         pytest.param(Wait(partial(ScaledClock, 3), 10, 4), id="not early by rounding"),
@@ -168,6 +169,7 @@ def test_an_input_ends_a_wait(bell: Bell) -> None:
 
 def test_scaled_time_is_faster_by_its_speed(hardware: Hardware) -> None:
     clock = ScaledClock(2.5)
+    assert clock.now() == 0
     clock.start(SECOND)
     hardware.instant += 4 * MILLISECOND
     assert clock.now() == SECOND + 10 * MILLISECOND

@@ -50,6 +50,7 @@ def test_a_stop_request_ends_the_run_after_the_step_under_way() -> None:
     robot.imu.work = lambda number: run.executive.request_stop("SIGTERM") if number == 2 else None
     outcome = run.until()
     assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
+    assert run.executive.stopped_by == "SIGTERM"
     assert robot.thrust.received == [0, 1, 2]
     assert (run.made_safe, robot.thrust.exits) == (2, 1)
 
@@ -59,6 +60,13 @@ def test_the_first_reason_to_stop_is_kept() -> None:
     run.executive.request_stop("SIGTERM")
     run.executive.request_stop("SIGINT")
     assert run.until().reason == "SIGTERM"
+
+
+def test_what_a_supervisor_ended_for_an_overrun_was_not_asked_to_stop() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.request_stop("the loop hung", RunState.OVERRUN)
+    assert run.until().state is RunState.OVERRUN
+    assert run.executive.stopped_by is None
 
 
 def test_an_exception_in_a_model() -> None:

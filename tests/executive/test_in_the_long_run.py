@@ -19,7 +19,7 @@ from firmware_runtime.executive.garbage import EVERY_NTH_IS_FULL, GarbageTime, S
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.wire_errors import Fault
-from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS
+from firmware_runtime.statistics.fault_table import KIND_CELLS, KINDS, OTHER_KINDS
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import SEQUENCE
 from sim_doubles.clock import ManualClock
@@ -171,7 +171,7 @@ def test_whatever_is_written_for_readers_is_within_a_section() -> None:
 
 
 def test_kinds_alike_as_far_as_the_file_keeps_them_lose_no_fault() -> None:
-    long = "MagnetometerOverflowedDuringConversion"
+    long = "Magnetometer".ljust(8 * KIND_CELLS, "s")
     kinds = [f"{long}{number % 12}" for number in range(40)]
     (counted,) = faults_of(Failing("compass", *kinds))["compass"].values()
     assert counted["count"] == 40

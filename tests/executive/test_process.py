@@ -271,6 +271,26 @@ def test_the_timer_slack_is_for_the_run_only() -> None:
         slack.write_text("0")
 
 
+def test_garbage_is_frozen_and_left_alone_for_the_run_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    collected: list[int] = []
+    monkeypatch.setattr(gc, "collect", lambda: collected.append(gc.get_freeze_count()))
+    with in_force(ProcessSettings(freeze_garbage=True), MonotonicClock()) as granted:
+        assert granted["freeze_garbage"].granted
+        assert [gc.get_freeze_count() > before for before in collected] == [True]
+        assert not gc.isenabled()
+    assert (gc.get_freeze_count(), gc.isenabled()) == (0, True)
+
+
+def test_processors_are_kept_awake_by_a_latency_of_zero(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    device = tmp_path / "cpu_dma_latency"
+    device.touch()
+    monkeypatch.setattr(process, "CPU_DMA_LATENCY", device)
+    assert report(ProcessSettings(keep_cpu_awake=True))["keep_cpu_awake"].granted
+    assert device.read_bytes() == bytes(4)
+
+
 def test_spinning_is_for_the_run_only() -> None:
     clock = MonotonicClock()
     with in_force(ProcessSettings(spin_us=20), clock) as granted:

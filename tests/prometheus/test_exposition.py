@@ -19,10 +19,18 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.statistics import fault_table
+from firmware_runtime.statistics import statistics as statistics_module
 from firmware_runtime.statistics.fault_table import FaultCount
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram, bucket_of, upper_edge
-from firmware_runtime.statistics.layout import MODEL, STEP_HISTOGRAM, Layout
+from firmware_runtime.statistics.layout import (
+    BUS,
+    DEADLINE,
+    HEARTBEAT,
+    MODEL,
+    STEP_HISTOGRAM,
+    Layout,
+)
 from firmware_runtime.statistics.metrics import (
     BOUNDS,
     StatisticsCollector,
@@ -67,6 +75,8 @@ def file(directory: Path) -> StatisticsFile:
     for sample in SAMPLES:
         Histogram(file.cells[LAYOUT.lateness(0)]).record(sample)
     Histogram(file.cells[STEP_HISTOGRAM]).record(500)
+    file.cells[LAYOUT.deadline(0) + DEADLINE.index("misses")] = 3
+    file.cells[LAYOUT.bus(0) + BUS.index("busy_ns")] = 250 * MILLISECOND
     fault_table.fill(file.cells[LAYOUT.faults], 0, [FaultCount("NotReady", 7, 0, 5, "not yet")])
     file.close_section(1_000_000_000)
     return file
@@ -86,6 +96,8 @@ def test_counters_and_histograms_are_exact(file: StatisticsFile) -> None:
     assert found["firmware_runtime_activations_total", "tachobot", "imu", "skipped"] == 2
     assert found["firmware_runtime_lateness_seconds_count", "tachobot", "imu"] == len(SAMPLES)
     assert found["firmware_runtime_lateness_seconds_sum", "tachobot", "imu"] == sum(SAMPLES) / 1e9
+    assert found["firmware_runtime_deadline_misses_total", "tachobot", "yaw"] == 3
+    assert found["firmware_runtime_bus_busy_seconds_total", "tachobot", "i2c1"] == 0.25
     for edge in BOUNDS:
         labels = ("firmware_runtime_lateness_seconds_bucket", "tachobot", repr(edge / 1e9), "imu")
         assert found[labels] == sum(sample <= edge for sample in SAMPLES)
@@ -128,6 +140,15 @@ def test_a_loop_that_has_not_begun_has_no_heartbeat_and_no_guard(directory: Path
     assert found["firmware_runtime_guarded", "tachobot"] == 0
     assert found["firmware_runtime_overloaded", "tachobot"] == 0
     assert ("firmware_runtime_heartbeat_age_seconds", "tachobot") not in found
+
+
+def test_the_age_of_a_heartbeat_is_in_seconds(
+    file: StatisticsFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    last = file.cells[HEARTBEAT]
+    monkeypatch.setattr(statistics_module, "monotonic_ns", lambda: last + 205 * MILLISECOND)
+    found = samples(exposition("tachobot", file.statistics()))
+    assert found["firmware_runtime_heartbeat_age_seconds", "tachobot"] == 0.205
 
 
 def test_a_text_file_is_for_all_users_and_whole(

@@ -28,12 +28,18 @@ from firmware_runtime.statistics.figures import (
 )
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import local, milliseconds
+from firmware_runtime.statistics.number_formats import (
+    local,
+    microseconds,
+    milliseconds,
+    three_digits,
+)
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
+DATE = 1_795_654_594_221_886_600
 REFUSED = "not granted: fifo_priority = 60 (Operation not permitted; needs CAP_SYS_NICE)"
 
 
@@ -66,7 +72,7 @@ def test_it_says_how_many_ticks_were_on_time(
     assert punctuality(run_of(*lateness_ms, skipped=skipped)) == said
 
 
-@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 5), ((0.1,), 0), ((0.1,), 5)])
+@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 1), ((0.1,), 0), ((0.1,), 5)])
 def test_a_run_of_reactions_alone_has_begun_too(ticks: tuple[float, ...], steps: int) -> None:
     figures = run_of(*ticks)
     run = replace(figures.conditions.run, steps=steps)
@@ -86,6 +92,75 @@ def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
 def test_all_statistics_say_first_how_it_ended_and_a_long_span_to_the_millisecond() -> None:
     assert statistics_text(run_of(0.1))[1].startswith("ended after ")
     assert milliseconds(12_345_600.0) == "12346 ms"
+
+
+@pytest.mark.parametrize(
+    ("us", "said"),
+    [
+        (None, "-"),
+        (46.07, "46.1 us"),
+        (999.0, "999.0 us"),
+        (1e3, "1.00 ms"),
+        (999_000.0, "999.00 ms"),
+        (1e6, "1.00 s"),
+    ],
+)
+def test_a_span_in_a_terminal_is_said_in_the_largest_unit_that_fits(
+    us: float | None, said: str
+) -> None:
+    assert microseconds(us) == said
+
+
+@pytest.mark.parametrize(
+    ("us", "said"),
+    [
+        (None, "-"),
+        (46.07, "46.1 us"),
+        (999.4, "999 us"),
+        (999.5, "1 ms"),
+        (999_500.0, "1 s"),
+        (5e9, "5e+03 s"),
+    ],
+)
+def test_a_span_in_a_narrow_column_has_three_digits(us: float | None, said: str) -> None:
+    assert three_digits(us) == said
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "said"),
+    [
+        ("running", None, "has run for 0.00 s"),
+        ("ended", "the run reached 1.0 s", "ended after 0.00 s"),
+        ("stopped", "SIGINT", "stopped (SIGINT) after 0.00 s"),
+        ("died", None, "died after 0.00 s"),
+    ],
+)
+def test_a_run_that_ended_before_its_time_says_why(
+    state: str, reason: str | None, said: str
+) -> None:
+    figures = run_of(0.1)
+    run = replace(figures.conditions.run, state=state, reason=reason)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    assert statistics_text(figures)[1].partition(":")[0] == said
+
+
+def test_each_model_has_a_row_of_its_own_time_above_that_of_the_whole_step() -> None:
+    lines = statistics_text(run_of(0.1))
+    head = next(number for number, line in enumerate(lines) if line.startswith("  time of"))
+    rows = [line.split() for line in lines[head + 1 : head + 4]]
+    assert [row[0] for row in rows] == ["imu", "compass", "whole"]
+    assert rows[1][1:] == ["-"] * 5
+
+
+@pytest.mark.parametrize(("clock", "is_dated"), [("MonotonicClock", True), ("ScaledClock", False)])
+def test_the_worst_has_a_date_where_an_instant_of_the_run_has_one(
+    clock: str, *, is_dated: bool
+) -> None:
+    figures = replace(run_of(0.1, clock=clock), worst=[worst(5_000.0, None)])
+    run = replace(figures.conditions.run, began_ns=DATE)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    (said,) = [each for each in statistics_text(figures) if "worst: " in each]
+    assert (f" ({local(DATE)})," in said) is is_dated
 
 
 WENT_WRONG = [
@@ -138,6 +213,24 @@ def test_a_model_that_only_reacts_has_a_dash_for_activations_and_another_for_rea
     rows = [each.split() for each in statistics_text(replace(figures, models=models))]
     (row,) = (each for each in rows if each[:3] == ["imu", "100", "Hz"])
     assert row[3:5] == said
+
+
+@pytest.mark.parametrize(
+    ("counted", "said"),
+    [
+        ({}, ""),
+        ({"reactions": 1}, "; 1 reaction to inputs"),
+        ({"reactions": 2}, "; 2 reactions to inputs"),
+        ({"waiting": 1}, ", 1 waiting"),
+    ],
+)
+def test_what_waits_and_what_was_answered_at_once_is_said_where_there_is_such_a_thing(
+    counted: dict[str, int], said: str
+) -> None:
+    figures = run_of(0.1)
+    imu = replace(figures.models["imu"], **counted)
+    story = statistics_text(replace(figures, models={**figures.models, "imu": imu}))[1]
+    assert story.endswith(f", 0 coalesced{said}; 0 overruns in 0 episodes")
 
 
 def test_in_virtual_time_nothing_can_be_late() -> None:

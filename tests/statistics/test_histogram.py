@@ -248,26 +248,28 @@ def test_the_json_of_a_file_is_what_it_always_was(name: str, tmp_path: Path) -> 
 
 
 def test_cyclictest_s_layout_has_a_column_for_each_model_also_for_one_without_a_sample() -> None:
-    layout = Layout(models=("imu", "compass"))
+    layout = Layout(models=("imu", "compass", "sonar"))
     stated = {"period_ns": 1, "tolerance_ns": 1, "policy": "skip"}
     header = {"models": dict.fromkeys(layout.models, stated), "conditions": {}}
     file = StatisticsFile(layout, header)
-    Histogram(file.cells[layout.lateness(0)]).record(3_500)
+    for number, lateness in ((0, 3_500), (0, 3_900), (2, 1)):
+        Histogram(file.cells[layout.lateness(number)]).record(lateness)
     assert [*histogram_text(file.statistics())] == [
-        "# imu compass",
+        "# imu compass sonar",
         "# Histogram",
-        "000000 000000 000000",
-        "000001 000000 000000",
-        "000002 000000 000000",
-        "000003 000001 000000",
-        "# Total: 000000001 000000000",
-        "# Min Latencies: 00003 00000",
-        "# Avg Latencies: 00003 00000",
-        "# Max Latencies: 00003 00000",
-        "# Histogram Overflows: 00000 00000",
+        "000000 000000 000000 000001",
+        "000001 000000 000000 000000",
+        "000002 000000 000000 000000",
+        "000003 000002 000000 000000",
+        "# Total: 000000002 000000000 000000001",
+        "# Min Latencies: 00003 00000 00000",
+        "# Avg Latencies: 00003 00000 00000",
+        "# Max Latencies: 00003 00000 00000",
+        "# Histogram Overflows: 00000 00000 00000",
         "# Histogram Overflow at cycle number:",
         "# Thread 0:",
         "# Thread 1:",
+        "# Thread 2:",
     ]
 
 

@@ -15,7 +15,7 @@ from firmware_runtime.statistics import reader as statistics_reader
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import ELAPSED, SEQUENCE, STATE, WORST, Layout
-from firmware_runtime.statistics.mapped_file import PREFIX
+from firmware_runtime.statistics.mapped_file import PREFIX, ReadableFile
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.watched_file import Watched
 
@@ -73,6 +73,23 @@ def test_a_directory_that_may_not_be_written_is_one_sentence(
     (tmp_path / "taken").write_text("")
     with pytest.raises(StatisticsFileError, match=r"taken/tachobot\.stats: .* cannot be made"):
         StatisticsFile(layout, header, tmp_path / "taken" / "tachobot.stats")
+
+
+def test_directories_that_are_missing_are_made(
+    layout: Layout, header: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "state" / "robots" / "tachobot.stats"
+    StatisticsFile(layout, header, path)
+    assert read_statistics(path).complete
+
+
+def test_a_pipe_in_its_place_is_refused_and_stays(
+    layout: Layout, header: dict[str, Any], path: Path
+) -> None:
+    os.mkfifo(path)
+    with pytest.raises(StatisticsFileError, match=r"tachobot\.stats: .* cannot be made"):
+        StatisticsFile(layout, header, path)
+    assert path.is_fifo()
 
 
 def test_no_file_is_one_sentence(path: Path) -> None:
@@ -149,6 +166,23 @@ def test_a_copy_during_which_a_section_was_written_is_made_again(
     assert read.complete
     assert read.cells[SEQUENCE] == counted.cells[SEQUENCE]
     assert read.as_json()["conditions"]["run"]["elapsed_s"] == 7e-9
+
+
+def test_stores_become_visible_before_a_copy_and_after_it(
+    file: StatisticsFile, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    read = ReadableFile.read
+
+    def noted(opened: ReadableFile, first: int = 0, size: int | None = None) -> bytes:
+        done.append("cells" if size is None else "sequence")
+        return read(opened, first, size)
+
+    monkeypatch.setattr(ReadableFile, "read", noted)
+    monkeypatch.setattr(statistics_reader, "settle", lambda: done.append("settle"))
+    read_statistics(path)
+    assert done[-5:] == ["sequence", "settle", "cells", "settle", "sequence"]
+    assert file.layout.cells > 0
 
 
 def test_a_file_that_is_watched_is_read_until_a_key_ends_it(

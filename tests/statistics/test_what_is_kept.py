@@ -19,7 +19,7 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.file_header import Conditions, RunFigures, conditions_of
 from firmware_runtime.statistics.histogram import empty_cells
 from firmware_runtime.statistics.history import COUNTED, Timeline, read_timeline
-from firmware_runtime.statistics.layout import TIMELINE, WIDTHS
+from firmware_runtime.statistics.layout import SLOTS, TIMELINE, WIDTHS
 from firmware_runtime.statistics.number_formats import NO_DATES, STEP, Dates, local, local_of, utc
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.reader import read_statistics
@@ -121,6 +121,7 @@ def test_what_a_program_was_told_can_be_said_to_people() -> None:
 @pytest.mark.parametrize(("speed", "passed"), [(0.0, 8), (1.0, 8), (2.0, 4), (0.5, 16)])
 def test_a_clock_that_is_faster_takes_less_time(speed: float, passed: int) -> None:
     assert Dates(DATE, [], speed).of(8 * SECOND) == DATE + passed * SECOND
+    assert Dates(None, [(8 * SECOND, DATE)], speed).of(0) == DATE - passed * SECOND
 
 
 def test_no_date_is_said_where_none_is_known() -> None:
@@ -291,6 +292,11 @@ def test_of_the_last_seconds_those_passed_over_do_not_count_what_was_a_round_ago
     lately = run.timeline.lately(125 * SECOND)
     assert (lately.begin_ns, lately.activations) == (126 * SECOND, 2)
     assert lately.lateness_max_ns == 128
+
+
+def test_spans_reach_back_minutes_half_an_hour_a_working_day_and_days() -> None:
+    assert [SLOTS * width // SECOND for width in WIDTHS] == [120, 1800, 8 * 3600, 5 * 24 * 3600]
+    assert all(wide % narrow == 0 for narrow, wide in pairwise(WIDTHS))
 
 
 @given(st.lists(st.integers(1, 400 * SECOND), min_size=1, max_size=60))
