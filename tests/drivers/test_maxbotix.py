@@ -181,12 +181,12 @@ def test_bring_up_listens_for_one_frame(port: ScriptedPort, sonar: Maxbotix) -> 
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_whole_frame_must_have_come_within_the_ranging_time(
+def test_a_whole_frame_must_have_come_within_the_ranging_time_of_a_sonar_a_twentieth_slow(
     port: ScriptedPort, family: str
 ) -> None:
     sonar = Maxbotix(port, family)
     frame_ns = (max(sonar.family.digits) + 2) * 10 * 1_000_000_000 // 9600
-    assert sonar.ranging_ns >= sonar.family.cycle_ns + frame_ns
+    assert sonar.ranging_ns >= 1.05 * sonar.family.cycle_ns + frame_ns
     assert sonar.interval_ns >= sonar.ranging_ns
 
 

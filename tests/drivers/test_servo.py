@@ -109,6 +109,8 @@ def test_the_angle_changes_no_faster_than_the_slew_however_often_commands_come(
         bench.put(at_ms, pan=1.0)
         expected = -1.0 + 2.0 * (at_ms - 200) / 1000
         assert bench.servos.written["pan"] == pytest.approx(expected, abs=0.05)
+    bench.run(1096)
+    assert bench.servos.written["pan"] == pytest.approx(-1.0 + 2.0 * 0.896, abs=1e-9)
     bench.run(1300)
     assert bench.servos.written["pan"] == 1.0
     bench.play("1300; pan_us is 2000")

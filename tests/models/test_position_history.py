@@ -157,6 +157,8 @@ def test_a_position_older_than_the_history_is_refused_and_changes_nothing() -> N
     assert kept.state == before
     (report,) = kept.insert([Taken(body.at - 20 * TICK + 1, body.seen(), may_restart=False)])
     assert report.is_taken
+    (report,) = history().insert([Taken(-SECOND, body.seen(), may_restart=False)])
+    assert (report.is_taken, report.age_s) == (False, 1.0), "before any sample"
 
 
 def test_without_positions_the_uncertainty_grows() -> None:

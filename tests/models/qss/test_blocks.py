@@ -210,6 +210,10 @@ def test_a_switch_passes_one_wire_or_the_other() -> None:
     switch = diagram.add(Switch("switch"), in_=control, above=above, below=below)
     at = diagram.run(switch)
     assert [at(t) for t in (0.2, 0.7, 1.0, 2.0)] == pytest.approx([0.0, 7.0, 10.0, 20.0])
+    for side in (1.0, -1.0):
+        diagram = Diagram()
+        control = diagram.add(Constant("control", side))
+        assert diagram.run(diagram.add(Switch("switch"), in_=control))(1.0) == 0.0, "of no wire"
 
 
 def test_a_quantizer_sends_each_step_at_its_edge() -> None:
@@ -334,6 +338,27 @@ def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> 
     for t, seen in ((1.4, 1.3), (1.8, 1.1), (2.0, 0.9), (2.8, 0.1), (3.3, 0.2), (4.3, 1.2)):
         assert at(t) == pytest.approx(min(seen, 2.0 - seen), abs=1e-8)
     assert at(2.95) == -3.0
+
+
+def test_a_variable_delay_keeps_all_that_its_longest_delay_reaches() -> None:
+    late, sent = VariableDelay("late", 0.002), dict[int, float]()
+    simulator = Simulator(late)
+    simulator.listen(late.out, lambda at, segment: sent.update({at: segment.value}))
+    simulator.inject(late.delay, Segment(0.002))
+    for ms in range(300):
+        simulator.inject(late.entrance, Segment(float(ms)))
+        simulator.advance(ms * MILLISECOND)
+        simulator.run(ms * MILLISECOND)
+    assert [sent[ms * MILLISECOND] for ms in range(2, 300)] == list(map(float, range(298)))
+
+
+def test_of_two_values_of_one_instant_a_variable_delay_keeps_the_last() -> None:
+    bench = AtomicBench(VariableDelay("late", 1.0))
+    bench.put(0, delay=Segment(0.01))
+    for value in (1.0, 2.0):
+        bench.put(5, **{"in": Segment(value)})
+    bench.run(20)
+    assert [(at, segment.value) for at, segment in bench.said["out"]][-1] == (15.0, 2.0)
 
 
 def delayed_by(delay: Atomic) -> Callable[[float], float]:
