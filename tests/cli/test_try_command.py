@@ -25,6 +25,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.serial_line import SerialLineDouble
 from tests.support.command import Command, started
 
 MOVE = ("try", "pca9685", "--channel", "3", "--duty", "0.5", "--for", "0.05")
@@ -64,8 +65,9 @@ def test_json_is_a_line_a_reading_in_si_units(command: Command) -> None:
     assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
 
 
+@pytest.mark.parametrize("name", ["cmps12", "maxbotix"])
 def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
-    command: Command, monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     clock = ManualClock()
 
@@ -76,12 +78,15 @@ def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
             return False
 
     bus = I2cBusDouble("i2c", clock, chip_double("cmps12").on_bus(clock, 0x60))
+    port = SerialLineDouble("ttyS0", clock, chip_double("maxbotix").on_port(clock))
     monkeypatch.setattr(single, "open_i2c", lambda *_, **_alone: bus)
+    monkeypatch.setattr(single, "open_serial", lambda *_: port)
     monkeypatch.setattr(single, "monotonic_ns", clock)
     monkeypatch.setattr(try_chip, "until_signal", lambda: closing(WakesEarly()))
-    shown = command.said("try", "cmps12", "--for", "1", "--every", "0.25", "--json")
+    shown = command.said("try", name, "--for", "1", "--every", "0.25", "--json")
     times = [json.loads(line)["t_s"] for line in shown.splitlines()]
-    assert times == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=1e-6)
+    since = [each - times[0] for each in times]
+    assert since == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -229,6 +229,14 @@ def test_a_quantizer_sends_each_step_at_its_edge() -> None:
     assert [at for at, _ in diagram.sent] == [0, *(n * SECOND // 4 for n in (1, 2, 3)), *falls]
 
 
+def test_a_quantizer_to_the_nearest_step_changes_half_way() -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("in", 1.0))
+    diagram.run(diagram.add(Quantizer("quantizer", 0.5, nearest=True), in_=ramp), SECOND)
+    sent = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert sent == [(0.0, 0.0), (0.25, 0.5), (0.75, 1.0)]
+
+
 def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge() -> None:
     diagram = Diagram()
     bent = diagram.add(Samples("in", [(0.0, 0.75), (0.25, 1.0), (0.75, 3.0), (0.875, 3.5)]))

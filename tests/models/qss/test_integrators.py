@@ -196,6 +196,16 @@ def test_liqss2_takes_no_change_at_an_event_for_an_answer(quantum: float) -> Non
     assert simulation.model.steps <= before + 2
 
 
+def test_an_event_that_sets_a_state_and_its_rate_costs_liqss2_one_step() -> None:
+    event = When("t >= 1", x="x + 1", rate=-100)
+    system = System({"x": 0.0}, {"x": "rate"}, "LIQSS2", discrete={"rate": 1.0}, events=[event])
+    simulation, steps = Simulation(system), []
+    for at in (SECOND - 1, SECOND + 1):
+        simulation.advance(at)
+        steps.append(simulation.model.steps)
+    assert steps[1] == steps[0] + 1
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
 def test_the_quantized_state_is_never_further_off_than_the_quantum(
