@@ -90,7 +90,12 @@ def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
 
 
 @pytest.mark.parametrize(
-    ("said", "device"), [((), "/dev/serial0"), (("--port", "/dev/ttyUSB7"), "/dev/ttyUSB7")]
+    ("said", "device"),
+    [
+        (("maxbotix",), "/dev/serial0"),
+        (("maxbotix", "--port", "/dev/ttyUSB7"), "/dev/ttyUSB7"),
+        (("sabertooth", "--left", "0.1", "--yes"), "/dev/serial0"),
+    ],
 )
 def test_a_chip_on_a_serial_port_is_sought_there_at_its_rate(
     command: Command, monkeypatch: pytest.MonkeyPatch, said: tuple[str, ...], device: str
@@ -99,7 +104,7 @@ def test_a_chip_on_a_serial_port_is_sought_there_at_its_rate(
         raise BusAbsent(f"{name} is {path} at {baud} baud")
 
     monkeypatch.setattr(single, "open_serial", open_serial)
-    sentence = command.refused("try", "maxbotix", *said, "--for", "1", status=3)
+    sentence = command.refused("try", *said, "--for", "1", status=3)
     assert f"{Path(device).name} is {device} at 9600 baud" in sentence
 
 

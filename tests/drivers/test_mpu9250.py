@@ -152,6 +152,9 @@ def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answe
     bare.memory[0x36] = 0x01
     assert not bare.driver.check_magnetometer()
     assert "its AK8963 stopped answering" in bare.driver.warnings[-1]
+    bare.show()
+    assert bare.driver.read_sample().field is None
+    assert bare.sent[-1] == (b"\x38", 17), "of six axes"
 
 
 def test_verify_finds_settings_that_are_gone(ready: Bare) -> None:

@@ -144,9 +144,10 @@ def test_the_traffic_stated_is_that_of_a_period_and_of_a_command(bench: Bench) -
     assert bench.bus.bits - before == 4 * once
 
 
-def test_the_slowest_and_the_fastest_pulse_rate_are_sound() -> None:
+def test_the_slowest_and_the_fastest_pulse_rate_are_sound_and_a_slow_servo_is() -> None:
     for rate_hz in (SLOWEST_HZ, FASTEST_HZ):
         assert ServosSettings(servos=(PAN,), frequency_hz=rate_hz, period=1).faults() == []
+    assert servos_settings(replace(PAN, slew_rad_s=0.01)).faults() == []
 
 
 WRONG = Servo(

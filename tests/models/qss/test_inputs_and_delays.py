@@ -110,8 +110,13 @@ def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -
     assert solve(system, times=[0.5])[1]["at"] == [0.25]
 
 
-@pytest.mark.parametrize("text", ["delay(x)", "delay()", "delay(2*x, 1)", "delay(x, -1)"])
-def test_a_delay_of_what_cannot_be_delayed_is_refused_wherever_it_stands(text: str) -> None:
+@pytest.mark.parametrize(
+    "arguments", ["x", "", "2*x, 1", "x, -1", "x, 1 + t", "x, 1e300 * 1e300", "x, 1, 1 / t"]
+)
+def test_a_delay_of_what_cannot_be_delayed_is_refused_wherever_it_stands(
+    arguments: str,
+) -> None:
+    text = f"delay({arguments})"
     outside = System(states={"x": 0.0}, equations={"x": "1"}, outputs=[text])
     inside = System(states={"x": 0.0}, equations={"x": text})
     for system in (outside, inside):
