@@ -196,6 +196,12 @@ def test_liqss2_takes_no_change_at_an_event_for_an_answer(quantum: float) -> Non
     assert simulation.model.steps <= before + 2
 
 
+def test_a_step_of_liqss2_ends_where_its_line_that_began_half_the_quantum_off_touches() -> None:
+    simulation = Simulation(System({"x": 0.0}, {"x": "t"}, "LIQSS2", quantum=1e-2))
+    simulation.advance(10 * SECOND)
+    assert simulation.model.steps == pytest.approx(10.0 / math.sqrt(1e-2), abs=2)
+
+
 def test_an_event_that_sets_a_state_and_its_rate_costs_liqss2_one_step() -> None:
     event = When("t >= 1", x="x + 1", rate=-100)
     system = System({"x": 0.0}, {"x": "rate"}, "LIQSS2", discrete={"rate": 1.0}, events=[event])
