@@ -4,8 +4,18 @@ import math
 
 import pytest
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss import Constant, Samples, Segment, Sine, System, When, solve
+from firmware_runtime.models.qss import (
+    Constant,
+    Samples,
+    Segment,
+    Simulation,
+    Sine,
+    System,
+    When,
+    solve,
+)
 from firmware_runtime.models.qss.sources import Schedule
 
 METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]
@@ -108,6 +118,15 @@ def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -
         outputs=["at"],
     )
     assert solve(system, times=[0.5])[1]["at"] == [0.25]
+
+
+def test_a_discrete_value_is_set_from_outside_at_the_port_of_its_name() -> None:
+    simulation = Simulation(System({"x": 0.0}, {"x": "rate"}, discrete={"rate": 0}))
+    simulation.advance(SECOND)
+    simulation.simulator.inject(simulation.model.in_ports["rate"], Segment(2.0))
+    simulation.simulator.advance(SECOND)
+    simulation.advance(2 * SECOND)
+    assert simulation.values["x"] == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(
