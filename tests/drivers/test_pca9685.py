@@ -300,7 +300,9 @@ def test_what_is_on_is_read_back_by_a_process_that_comes_later(
     later = Pca9685(rig.bus)
     assert later.still_on() is None
     driver.set_duties(3, (0.25, 0.0, 1.0))
+    rig.sent()
     assert later.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 3, 5 are on"
+    assert [each.to_read for each in rig.bus.log] == [1, 0x45], "all registers up to LED15_OFF_H"
     later.stop_all()
     assert later.still_on() is None
 
