@@ -190,6 +190,14 @@ def test_a_whole_frame_must_have_come_within_the_ranging_time_of_a_sonar_a_twent
     assert sonar.interval_ns >= sonar.ranging_ns
 
 
+def test_each_family_measures_from_where_its_data_sheet_says(port: ScriptedPort) -> None:
+    nearest_m = {family: round(Maxbotix(port, family).nearest_m, 4) for family in FAMILIES}
+    assert nearest_m == {
+        **{"lv": 0.1524, "xl": 0.2, "xl-10m": 0.2},  # six inches
+        **{"hrlv": 0.3, "hrxl-5m": 0.3, "hrxl-10m": 0.5},
+    }
+
+
 def test_an_unknown_family_is_refused_with_the_known_ones(port: ScriptedPort) -> None:
     with pytest.raises(SettingError, match="MaxBotix ez on ttyS0: expected one of lv, xl, xl-10m"):
         Maxbotix(port, "ez")
