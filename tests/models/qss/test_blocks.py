@@ -122,6 +122,7 @@ def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
     one, two = other.add(Ramp("one", 1.0)), other.add(Ramp("two", -2.0, start=1.0))
     product = other.run(other.add(Product("product", tolerance=1e-2), in0=one, in1=two))
     assert [product(t) for t in (0.7, 3.3)] == pytest.approx([-0.28, -18.48], abs=1e-2)
+    assert not any(any(each[2:]) for _, each in other.sent), "straight lines, for QSS2"
 
 
 @pytest.mark.parametrize(

@@ -202,6 +202,14 @@ def test_a_step_of_liqss2_ends_where_its_line_that_began_half_the_quantum_off_to
     assert simulation.model.steps == pytest.approx(10.0 / math.sqrt(1e-2), abs=2)
 
 
+def test_a_line_of_liqss2_that_begins_at_its_state_holds_to_the_edge_of_the_quantum() -> None:
+    simulation, steps = Simulation(System({"x": 0.0}, {"x": "1 - t"}, "LIQSS2", quantum=1.0)), []
+    for at_s in (2.7, 2.74):  # x is -1 at 1 + sqrt(3) s, after it was 0.5 at 1 s
+        simulation.advance(round(at_s * SECOND))
+        steps.append(simulation.model.steps)
+    assert steps == [0, 1]
+
+
 def test_an_event_that_sets_a_state_and_its_rate_costs_liqss2_one_step() -> None:
     event = When("t >= 1", x="x + 1", rate=-100)
     system = System({"x": 0.0}, {"x": "rate"}, "LIQSS2", discrete={"rate": 1.0}, events=[event])
