@@ -60,9 +60,10 @@ def test_a_sensors_double_is_read_without_any_hardware(command: Command) -> None
     assert first.endswith("calibration 3 of 3")
 
 
-def test_json_is_a_line_a_reading_in_si_units(command: Command) -> None:
-    ended = command("try", "srf08", "--doubles", "--for", "0.1", "--json")
-    assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
+@pytest.mark.parametrize(("name", "key"), [("srf08", "distance_m"), ("ak8963", "field_t")])
+def test_json_is_a_line_a_reading_in_si_units(command: Command, name: str, key: str) -> None:
+    ended = command("try", name, "--doubles", "--for", "0.1", "--json")
+    assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", key}
 
 
 @pytest.mark.parametrize("name", ["cmps12", "maxbotix"])
@@ -139,6 +140,14 @@ def test_what_moves_is_asked_first_at_a_terminal(
     assert "kill -9" in ended.error
     assert bool(chip.bus.log) is (status == 0)  # type: ignore[attr-defined]
     assert not any(chip.duties)
+
+
+def test_what_moves_for_no_stated_time_is_off_after_a_while(
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(try_chip, "DRIVEN_S", 0.01)
+    assert command.said(*MOVE[:-2], "--yes").endswith(": off\n")
+    assert chip.all_off
 
 
 def test_it_was_on_in_between(

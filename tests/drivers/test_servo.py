@@ -77,6 +77,9 @@ def bench() -> Bench:
         "after a loss of power the chip gets its command again": (
             "100 pan=0.2; power cycle; 1000; pan_us is 1600; consecutive is 1"
         ),
+        "a refused stop is no longer counted once the chip is up again": (
+            "100 pan=0.2; 200; refuse 1; switch; 400; refuse 1; switch; 1000; consecutive is 1 1"
+        ),
         "after a refusal the chip gets its command again": (
             "100 pan=0.2; refuse 1; 1000; pan_us is 1600; consecutive is 1"
         ),

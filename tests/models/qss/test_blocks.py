@@ -11,7 +11,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.models.qss import (
     Constant,
     Crossing,
@@ -409,6 +409,14 @@ def test_a_function_whose_divisor_passes_zero_ends_there(divisor: str) -> None:
     function = Function("function", f"1 / ({divisor}) + 0 * x", ["x"], tolerance=1e6)
     with pytest.raises(ModelError, match=r"has no value at 0\.333333334 s.*goes through 0"):
         diagram.run(diagram.add(function, x=ramp))
+
+
+def test_a_function_of_what_stands_still_is_not_evaluated_again() -> None:
+    function = Function("function", "sin(x)", ["x"])
+    simulator = Simulator(function)
+    simulator.inject(function.inputs["x"], Segment(1.0))
+    simulator.run(SECOND)
+    assert simulator.next_at == NEVER
 
 
 def test_a_function_waits_until_each_input_has_a_value() -> None:

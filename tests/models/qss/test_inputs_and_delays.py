@@ -98,13 +98,14 @@ def test_outputs_and_events_read_what_was_half_a_second_ago(method: str) -> None
         equations={"x": "1"},
         inputs={"u": Constant("u", 3.0)},
         events=[When("delay(x, 0.5) >= 1", n="delay(x, 1)")],
-        outputs=["delay(x, 0.5)", "n", "delay(u, 0.5)"],
+        outputs=["delay(x, 0.5)", "n", "delay(u, 0.5)", "delay(u, 0.5, 7)"],
         method=method,
     )
     _, values = solve(system, times=[0.25, 1.25, 2.0])
     assert values["delay(x, 0.5)"] == pytest.approx([0.0, 0.75, 1.5])
     assert values["n"] == pytest.approx([0.0, 0.0, 0.5], abs=2e-3)
     assert values["delay(u, 0.5)"] == [0.0, 3.0, 3.0]
+    assert values["delay(u, 0.5, 7)"] == [7.0, 3.0, 3.0]
 
 
 def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -> None:
