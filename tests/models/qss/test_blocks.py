@@ -38,6 +38,7 @@ from firmware_runtime.models.qss import (
     VariableDelay,
     When,
 )
+from firmware_runtime.models.qss.sources import Schedule
 from firmware_runtime.runs.model_alone import run
 from firmware_runtime.view.diagram.draw import diagram
 from tests.support.atomic_bench import AtomicBench
@@ -347,6 +348,16 @@ def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> 
     for t, seen in ((1.4, 1.3), (1.8, 1.1), (2.0, 0.9), (2.8, 0.1), (3.3, 0.2), (4.3, 1.2)):
         assert at(t) == pytest.approx(min(seen, 2.0 - seen), abs=1e-8)
     assert at(2.95) == -3.0
+
+
+def test_a_delay_that_bends_up_looks_back_over_what_has_been() -> None:
+    diagram = Diagram()
+    bent = diagram.add(Samples("in", [(0.0, 0.0), (0.25, 1.0), (9.0, 1.0)]))
+    parabola = diagram.add(Schedule("delay", [(0.0, Segment(0.1, 0.0, 0.5))]))
+    late = diagram.add(VariableDelay("late", 5.0, order=3), in_=bent, delay=parabola)
+    at = diagram.run(late, 2 * SECOND)
+    for t in (0.3, 0.5, 1.5, 1.6, 1.8):
+        assert at(t) == pytest.approx(min(4.0 * (t - 0.1 - 0.5 * t * t), 1.0), abs=1e-8)
 
 
 def test_a_variable_delay_keeps_all_that_its_longest_delay_reaches() -> None:
