@@ -204,6 +204,7 @@ def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
     assert falls_below_zero(1.0, -1.0) == 1.0
     assert falls_below_zero(-1.0, 1.0) == math.inf
     assert falls_below_zero(0.0, -1.0) == 0.0
+    assert falls_below_zero(0.0, 0.0, -1.0) == 0.0
     assert falls_below_zero(0.0, 0.0) == math.inf
     assert falls_below_zero(-1.0, 3.0, -2.0) == 1.0
     assert falls_below_zero(1.0, 0.0, 0.0, -1.0) == pytest.approx(1.0)
