@@ -86,7 +86,6 @@ class ThrustPairs(Actuator):
         if self.phase.startswith("bring_up"):
             self.continue_(elapsed)
         else:
-            self.faults.clear()
             self._obey(self.forces[-1])
             self.activate("reporting")
 

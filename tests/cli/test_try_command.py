@@ -25,6 +25,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.serial_line import SerialLineDouble
 from tests.support.command import Command, started
 
 MOVE = ("try", "pca9685", "--channel", "3", "--duty", "0.5", "--for", "0.05")
@@ -59,13 +60,15 @@ def test_a_sensors_double_is_read_without_any_hardware(command: Command) -> None
     assert first.endswith("calibration 3 of 3")
 
 
-def test_json_is_a_line_a_reading_in_si_units(command: Command) -> None:
-    ended = command("try", "srf08", "--doubles", "--for", "0.1", "--json")
-    assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
+@pytest.mark.parametrize(("name", "key"), [("srf08", "distance_m"), ("ak8963", "field_t")])
+def test_json_is_a_line_a_reading_in_si_units(command: Command, name: str, key: str) -> None:
+    ended = command("try", name, "--doubles", "--for", "0.1", "--json")
+    assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", key}
 
 
+@pytest.mark.parametrize("name", ["cmps12", "maxbotix"])
 def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
-    command: Command, monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     clock = ManualClock()
 
@@ -76,16 +79,24 @@ def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
             return False
 
     bus = I2cBusDouble("i2c", clock, chip_double("cmps12").on_bus(clock, 0x60))
+    port = SerialLineDouble("ttyS0", clock, chip_double("maxbotix").on_port(clock))
     monkeypatch.setattr(single, "open_i2c", lambda *_, **_alone: bus)
+    monkeypatch.setattr(single, "open_serial", lambda *_: port)
     monkeypatch.setattr(single, "monotonic_ns", clock)
     monkeypatch.setattr(try_chip, "until_signal", lambda: closing(WakesEarly()))
-    shown = command.said("try", "cmps12", "--for", "1", "--every", "0.25", "--json")
+    shown = command.said("try", name, "--for", "1", "--every", "0.25", "--json")
     times = [json.loads(line)["t_s"] for line in shown.splitlines()]
-    assert times == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=1e-6)
+    since = [each - times[0] for each in times]
+    assert since == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("said", "device"), [((), "/dev/serial0"), (("--port", "/dev/ttyUSB7"), "/dev/ttyUSB7")]
+    ("said", "device"),
+    [
+        (("maxbotix",), "/dev/serial0"),
+        (("maxbotix", "--port", "/dev/ttyUSB7"), "/dev/ttyUSB7"),
+        (("sabertooth", "--left", "0.1", "--yes"), "/dev/serial0"),
+    ],
 )
 def test_a_chip_on_a_serial_port_is_sought_there_at_its_rate(
     command: Command, monkeypatch: pytest.MonkeyPatch, said: tuple[str, ...], device: str
@@ -94,7 +105,7 @@ def test_a_chip_on_a_serial_port_is_sought_there_at_its_rate(
         raise BusAbsent(f"{name} is {path} at {baud} baud")
 
     monkeypatch.setattr(single, "open_serial", open_serial)
-    sentence = command.refused("try", "maxbotix", *said, "--for", "1", status=3)
+    sentence = command.refused("try", *said, "--for", "1", status=3)
     assert f"{Path(device).name} is {device} at 9600 baud" in sentence
 
 
@@ -129,6 +140,14 @@ def test_what_moves_is_asked_first_at_a_terminal(
     assert "kill -9" in ended.error
     assert bool(chip.bus.log) is (status == 0)  # type: ignore[attr-defined]
     assert not any(chip.duties)
+
+
+def test_what_moves_for_no_stated_time_is_off_after_a_while(
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(try_chip, "DRIVEN_S", 0.01)
+    assert command.said(*MOVE[:-2], "--yes").endswith(": off\n")
+    assert chip.all_off
 
 
 def test_it_was_on_in_between(

@@ -11,8 +11,9 @@ from firmware_drivers.catalogue.table import chips
 from firmware_drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
 from firmware_drivers.chips.md25 import Md25
 from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.step import Step
 from firmware_drivers.commands.readings import Readings
-from firmware_drivers.commands.trying import Watch, drive, switch_off, take
+from firmware_drivers.commands.trying import ATTEMPTS, Watch, drive, switch_off, take
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import SettingError
@@ -126,6 +127,7 @@ def test_every_chip_of_the_table_has_a_double() -> None:
     assert {chip.name for chip in ours.values() if chip.moves} == set(MOVES)
     on_bus = [chip for chip in ours.values() if isinstance(chip, OnBus)]
     assert all(chip.address in chip.addresses for chip in on_bus)
+    assert {chip.name: chip.address for chip in on_bus}["ads1115"] == 0x48  # ADDR at ground
 
 
 @pytest.mark.parametrize("name", sorted(KEYS))
@@ -263,6 +265,17 @@ def test_an_absent_sensor_is_an_error_and_not_waited_for() -> None:
     rig.bus.faults = FaultScript([NackAddress(address=0x60, times=None)])
     with pytest.raises(NoAcknowledge):
         rig.watch(10 * SECOND)
+
+
+def test_a_sensor_that_is_never_ready_is_brought_up_a_few_times_and_is_then_an_error() -> None:
+    def bring_up() -> Sequence[Step]:
+        raise NotReady("it warms up")
+
+    reported: list[str] = []
+    unready = Sensor(place="scales", bring_up=bring_up, read=list)
+    with pytest.raises(NotReady):
+        Watch(unready, TrialPace(), lambda *_: None, reported.append).run(SECOND, None)
+    assert reported == ["it warms up"] * (ATTEMPTS - 1)
 
 
 def test_a_sensor_that_fails_meanwhile_is_reported_and_brought_up_again() -> None:

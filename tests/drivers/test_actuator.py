@@ -1,5 +1,6 @@
 """The base of all that moves something: stop again, bring-up again, interlock, polling."""
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -145,6 +146,14 @@ def test_a_disabled_actuator_is_stopped_once_and_resumes_when_the_interlock_lets
     rig.run(200 + POLL_PERIOD / MILLISECOND)
     assert (rig.chip.times("stop"), rig.valve.phase) == ([10], "resting")
     assert (poll_period(lambda: True), poll_period(always_enabled)) == (POLL_PERIOD, NEVER)
+
+
+def test_a_refused_command_does_not_change_how_often_the_interlock_is_checked() -> None:
+    bench = esc_bench(enabled=False)
+    bench.put(100, arm=True)
+    bench.put(100 + 0.7 * POLL_PERIOD / MILLISECOND, throttle=math.nan)
+    bench.run(1000)
+    assert (bench.model.phase, bench.model.sigma) == ("disabled", POLL_PERIOD)
 
 
 def test_an_exit_stops_whatever_the_phase(rig: Rig) -> None:

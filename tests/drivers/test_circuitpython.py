@@ -131,7 +131,7 @@ def test_a_reading_leaves_every_period_or_a_failure_is_a_fault_and_no_value(
     rig.run(35 * MILLISECOND)
     first, fault, last = received
     assert isinstance(fault[1], Fault)
-    assert [at // MILLISECOND for at, _ in (first, last)] == [10, 30]
+    assert [at for at, _ in (first, last)] == [10 * MILLISECOND, 30 * MILLISECOND]
     assert (first[1], fault[1].kind, last[1]) == (0x1E, "NoAcknowledge", 0x1E)
     assert model.unready() is None
 

@@ -61,6 +61,9 @@ AHEAD = "100 drive=0.25; turns is ahead 0.25"
         "a command while outputs are disabled waits for them": (
             "switch; 100 drive=0.25; 500; turns is off; switch; 530; turns is ahead 0.25"
         ),
+        "outputs enabled again before a refused stop was repeated obey the command": (
+            f"{AHEAD}; refuse 1; switch; 130; consecutive is 1; switch; 300; turns is ahead 0.25"
+        ),
         "a chip that lost its supply is found in a second and brought up": (
             f"{AHEAD}; power cycle; 1200; turns is ahead 0.25; consecutive is 1"
         ),

@@ -112,6 +112,7 @@ def test_a_controller_that_falls_silent_disarms_after_the_timeout_and_no_sooner(
         ("channel", EscSettings(16, 50.0, 1000.0, 2000.0, 0)),
         ("frequency_hz", EscSettings(0, float("nan"), 1000.0, 2000.0, 0)),
         ("low_pulse_us", EscSettings(0, 50.0, 2000.0, 1000.0, 0)),
+        ("low_pulse_us", EscSettings(0, 50.0, 1500.0, 1500.0, 0)),
         ("low_pulse_us", EscSettings(0, 50.0, 0.0, 2000.0, 0)),
         ("high_pulse_us", EscSettings(0, 500.0, 1000.0, 2000.0, 0)),
         ("less than a cycle, 1966", EscSettings(0, 490.0, 1000.0, 2000.0, 0)),

@@ -78,16 +78,18 @@ def test_an_axis_quieter_than_its_least_bit_is_never_stuck_and_a_low_pass_leaves
     assert fresh_noise(2.0, 5.0, 1000.0) == pytest.approx(math.sqrt(1 - math.exp(-0.02 * math.pi)))
 
 
-def test_a_mean_beyond_its_limits_is_implausible_until_a_reading_is_within() -> None:
+@pytest.mark.parametrize("axis", range(3))
+def test_a_mean_beyond_its_limits_is_implausible_until_a_reading_is_within(axis: int) -> None:
     check = MeanSquare("part", "force", "g", scale=0.001, limits=(0.6, 1.6), readings=10)
+    weak, strong = (tuple(size * (each == axis) for each in range(3)) for size in (1000, 2000))
     for _ in range(9):
-        check.check(0, 0, 2000)
+        check.check(*strong)
     for readings in (10, 11, 12):
         with pytest.raises(Implausible) as caught:
-            check.check(0, 0, 2000)
+            check.check(*strong)
         assert (caught.value.value, caught.value.readings) == (2.0, readings)
     for _ in range(100):
-        check.check(0, 0, 1000)
+        check.check(*weak)
 
 
 def test_a_push_is_no_mean() -> None:

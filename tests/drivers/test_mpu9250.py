@@ -152,6 +152,9 @@ def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answe
     bare.memory[0x36] = 0x01
     assert not bare.driver.check_magnetometer()
     assert "its AK8963 stopped answering" in bare.driver.warnings[-1]
+    bare.show()
+    assert bare.driver.read_sample().field is None
+    assert bare.sent[-1] == (b"\x38", 17), "of six axes"
 
 
 def test_verify_finds_settings_that_are_gone(ready: Bare) -> None:
@@ -200,9 +203,27 @@ def test_the_bias_of_the_body_is_taken_off_the_rate_and_off_nothing_else() -> No
     assert sample._replace(rate=raw.rate) == raw
 
 
+def test_a_field_that_is_missing_is_said_after_as_many_readings_as_one_that_ended(
+    ready: Bare,
+) -> None:
+    readings = [0, 0]
+    for time in range(2):
+        while ready.driver.stuck_field is None:
+            readings[time] += 1
+            noise = readings[time]
+            ready.show(accel=(noise, noise, ONE_G + noise), gyro=(noise,) * 3, st1=0)
+            ready.driver.read_sample()
+        ready.show()
+        assert ready.driver.read_sample().field is not None
+    assert readings[0] == readings[1] > 10
+
+
 @pytest.mark.parametrize(
     ("st1", "st2", "overflow"),
-    [(0x00, 0x10, False), (0x01, 0x18, True), (0x02, 0x10, False), (0x01, 0x00, False)],
+    [
+        *((0x00, 0x10, False), (0x01, 0x18, True), (0x00, 0x18, False)),
+        *((0x02, 0x10, False), (0x01, 0x00, False)),
+    ],
 )
 def test_a_field_that_is_old_or_invalid_is_none(
     ready: Bare, *, st1: int, st2: int, overflow: bool

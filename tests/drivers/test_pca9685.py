@@ -125,11 +125,12 @@ def test_bring_up_stops_the_outputs_first_sets_the_rate_asleep_and_wakes(
 
 def test_another_device_is_found_by_its_registers(rig: DrivenPca9685) -> None:
     rig.driver.silence()
-    wrong = ForcedRegister(address=0x40, register=0x02, value=0xE3, times=None)
-    rig.bus.faults = FaultScript([wrong])
-    reason = "PCA9685 at 0x40 on i2c-1: .*read 20 04 e3 e4 e8 e0, expected .*another device"
-    with pytest.raises(WrongDevice, match=reason):
-        rig.driver.identify()
+    for register, value, read in ((0x02, 0xE3, "20 04 e3 e4"), (0x00, 0x21, "21 04 e2 e4")):
+        wrong = ForcedRegister(address=0x40, register=register, value=value, times=None)
+        rig.bus.faults = FaultScript([wrong])
+        reason = f"PCA9685 at 0x40 on i2c-1: .*read {read} e8 e0, expected .*another device"
+        with pytest.raises(WrongDevice, match=reason):
+            rig.driver.identify()
     for level in (b"\x00", b"\xff"):
         bus = RegisterBus()
         bus.memory[0x40] = bytearray(level * 256)
@@ -299,7 +300,9 @@ def test_what_is_on_is_read_back_by_a_process_that_comes_later(
     later = Pca9685(rig.bus)
     assert later.still_on() is None
     driver.set_duties(3, (0.25, 0.0, 1.0))
+    rig.sent()
     assert later.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 3, 5 are on"
+    assert [each.to_read for each in rig.bus.log] == [1, 0x45], "all registers up to LED15_OFF_H"
     later.stop_all()
     assert later.still_on() is None
 

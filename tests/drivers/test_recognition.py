@@ -60,6 +60,18 @@ CHIPS: list[tuple[int, Target, str, bool]] = [
 ]
 
 
+SEEN = {
+    "AK8963": "WIA reads 48",
+    "HMC5883L": "its identity reads 48 34 33",
+    "PCA9685": "registers 0 to 5 read 11 04 e2 e4 e8 e0, asleep, outputs off",
+    "ADS1115": "by its address alone; not asked",
+    "MD25": "registers 0x0d to 0x0f read 02 05 00",
+    "CMPS12": "registers 0x00 to 0x03 read 07 c0 0a 99",
+    "MPU-9250": "WHO_AM_I reads 7",
+    "SRF08": "its revision reads 0a",
+}
+
+
 @pytest.mark.parametrize(("address", "chip", "name", "certain"), CHIPS)
 def test_a_chip_is_recognised_by_reading_and_only_numbers_of_registers_are_written(
     address: int, chip: Target, name: str, *, certain: bool
@@ -69,6 +81,7 @@ def test_a_chip_is_recognised_by_reading_and_only_numbers_of_registers_are_writt
     assert found.chips == (name,)
     assert found.certain is certain
     assert ("no identity register" in found.what) is not certain
+    assert f": {SEEN[name]}" in found.what
     assert chip.warnings == []  # type: ignore[attr-defined]
     assert bus.log
     for each in bus.log:

@@ -43,7 +43,14 @@ def test_an_inertial_sample_is_raw_data_without_an_orientation_and_a_field_where
 
 @pytest.mark.parametrize(
     ("distance", "said"),
-    [(1.5, 1.5), (math.inf, math.inf), (6.1, math.inf), (0.01, -math.inf)],
+    [
+        (1.5, 1.5),
+        (math.inf, math.inf),
+        (6.1, math.inf),
+        (0.01, -math.inf),
+        (0.03, 0.03),
+        (6.0, 6.0),
+    ],
 )
 def test_a_range_says_what_is_too_far_and_too_near(distance: float, said: float) -> None:
     found = some(SONAR, "range", distance, min_range_m=0.03, max_range_m=6.0)

@@ -77,6 +77,9 @@ def bench() -> Bench:
         "after a loss of power the chip gets its command again": (
             "100 pan=0.2; power cycle; 1000; pan_us is 1600; consecutive is 1"
         ),
+        "a refused stop is no longer counted once the chip is up again": (
+            "100 pan=0.2; 200; refuse 1; switch; 400; refuse 1; switch; 1000; consecutive is 1 1"
+        ),
         "after a refusal the chip gets its command again": (
             "100 pan=0.2; refuse 1; 1000; pan_us is 1600; consecutive is 1"
         ),
@@ -109,6 +112,8 @@ def test_the_angle_changes_no_faster_than_the_slew_however_often_commands_come(
         bench.put(at_ms, pan=1.0)
         expected = -1.0 + 2.0 * (at_ms - 200) / 1000
         assert bench.servos.written["pan"] == pytest.approx(expected, abs=0.05)
+    bench.run(1096)
+    assert bench.servos.written["pan"] == pytest.approx(-1.0 + 2.0 * 0.896, abs=1e-9)
     bench.run(1300)
     assert bench.servos.written["pan"] == 1.0
     bench.play("1300; pan_us is 2000")
@@ -147,9 +152,10 @@ def test_the_traffic_stated_is_that_of_a_period_and_of_a_command(bench: Bench) -
     assert bench.bus.bits - before == 4 * once
 
 
-def test_the_slowest_and_the_fastest_pulse_rate_are_sound() -> None:
+def test_the_slowest_and_the_fastest_pulse_rate_are_sound_and_a_slow_servo_is() -> None:
     for rate_hz in (SLOWEST_HZ, FASTEST_HZ):
         assert ServosSettings(servos=(PAN,), frequency_hz=rate_hz, period=1).faults() == []
+    assert servos_settings(replace(PAN, slew_rad_s=0.01)).faults() == []
 
 
 WRONG = Servo(

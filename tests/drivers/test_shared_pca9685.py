@@ -67,7 +67,9 @@ def test_one_model_takes_the_steps_the_others_wait_and_a_later_one_changes_no_ou
     assert (names.count("wake"), names.count("verify")) == (1, 3)
     assert rig.driver.is_running
     rig.driver.set_duties(0, (0.25, 0.5))
+    before = rig.clock()
     rig.finish(rig.begin())
+    assert rig.clock() == before, "at once"
     rig.play("duties is 0.25 0.5 0*14")
     with pytest.raises(SettingError, match="one rate"):
         rig.begin(50.0).take()

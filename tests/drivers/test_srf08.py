@@ -159,8 +159,11 @@ def ranged(bare: Bare, echo: int) -> tuple[int, float]:
 
 
 def test_an_echo_where_there_was_none_is_proved_by_the_next_ranging(bare: Bare) -> None:
-    found = [ranged(bare, echo) for echo in (0, 200, 11_628, 201, 0, 30)]
+    found = [ranged(bare, echo) for echo in (0, 1, 58, 0, 200, 11_628, 201, 0, 30)]
     assert found == [
+        (0x51, math.inf),
+        (0x51, 0.01),
+        (0x52, 0.01),
         (0x51, math.inf),
         (0x51, 2.0),
         (0x52, 2.0),

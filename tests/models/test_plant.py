@@ -1,3 +1,5 @@
+from decimal import Decimal
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -5,7 +7,7 @@ from hypothesis import strategies as some
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from firmware_runtime.models.plant import SecondOrderPlant
+from firmware_runtime.models.plant import SecondOrderPlant, ramp
 
 numbers = some.floats(-3.0, 3.0)
 
@@ -34,6 +36,13 @@ def test_two_steps_are_one_where_damping_meets_lag_or_is_none(damping: float) ->
     plant = SecondOrderPlant(5.0, damping, lag_s=0.02)
     halfway = plant.after(plant.rest, 1.0, 0.05)
     assert plant.after(halfway, 1.0, 0.03) == pytest.approx(plant.after(plant.rest, 1.0, 0.08))
+
+
+@pytest.mark.parametrize("a", [1e-6, 9.9e-4, 1.1e-3])
+def test_the_way_under_little_damping_is_exact_to_a_billionth(a: float) -> None:
+    z = Decimal(a)
+    exact = (z - 1 + (-z).exp()) / (z * z)
+    assert ramp(a, 1.0) == pytest.approx(float(exact), rel=1e-9)
 
 
 def test_without_lag_the_command_acts_at_once() -> None:

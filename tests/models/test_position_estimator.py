@@ -45,6 +45,7 @@ def test_every_sample_is_answered_at_once_from_the_first_position_on() -> None:
     for n in range(5, 10):
         estimator.sample(n * TICK)
     assert [motion.position for motion in estimator.x] == pytest.approx([1.0] * 5)
+    assert [motion.position for motion in estimator.y] == pytest.approx([2.0] * 5)
     assert estimator.model.unready() is None
 
 

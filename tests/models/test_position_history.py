@@ -153,10 +153,12 @@ def test_a_position_older_than_the_history_is_refused_and_changes_nothing() -> N
     kept.insert([Taken(body.at, body.seen(), may_restart=False)])
     before = kept.state
     (report,) = kept.insert([Taken(body.at - 20 * TICK, body.seen(), may_restart=False)])
-    assert (report.is_taken, report.reason, report.age_s) == (False, TOO_OLD, 0.2)
+    assert report == FixReport(False, TOO_OLD, 0.2, 0.0, 0.0, 0.0)
     assert kept.state == before
     (report,) = kept.insert([Taken(body.at - 20 * TICK + 1, body.seen(), may_restart=False)])
     assert report.is_taken
+    (report,) = history().insert([Taken(-SECOND, body.seen(), may_restart=False)])
+    assert (report.is_taken, report.age_s) == (False, 1.0), "before any sample"
 
 
 def test_without_positions_the_uncertainty_grows() -> None:

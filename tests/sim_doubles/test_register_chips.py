@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import pytest
-from firmware_drivers.chips.register_chip import RegisterChip
-from firmware_drivers.chips.step import Step
+from firmware_drivers.chips.register_chip import ChipRegister, RegisterChip
+from firmware_drivers.chips.step import Step, duration_ns
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.i2c import I2cBus
@@ -264,6 +264,8 @@ def test_without_an_identity_an_answer_is_enough_and_with_one_another_chip_is_re
     _, bus = wired(WORDS)
     driver = driver_of(table_of(WORDS))(bus)
     assert driver.evidence() == "CONFIG reads 399f"
+    assert duration_ns(driver.bring_up()) == 0, "it sets nothing"
+    assert driver.read(ChipRegister("SWAPPED", 0x02, 2, "little")) == 0xABCD, "unsigned"
     with pytest.raises(NoAcknowledge, match="no answer; expected CONFIG"):
         driver_of(table_of(WORDS))(bus, 0x41).write_by_name("CONFIG", 1)
     double, bus = wired(EIGHT_BITS)

@@ -47,6 +47,10 @@ class Estimator:
         return self._bench.values("x")
 
     @property
+    def y(self) -> list[Motion]:
+        return self._bench.values("y")
+
+    @property
     def yaw(self) -> list[Motion]:
         return self._bench.values("yaw")
 

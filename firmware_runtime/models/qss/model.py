@@ -19,7 +19,7 @@ from firmware_runtime.models.qss.expression import TIME, ExpressionError, names_
 from firmware_runtime.models.qss.methods import METHODS, State
 from firmware_runtime.models.qss.program import Layout, Quanta, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
-from firmware_runtime.models.qss.segment import NANO, Segment
+from firmware_runtime.models.qss.segment import NANO, Segment, is_finite
 from firmware_runtime.models.qss.system import System
 from firmware_runtime.models.qss.watch import worth
 
@@ -178,8 +178,13 @@ class SystemModel(Coupled):
         return ports["out" if "out" in ports else "delayed"]
 
     def _number(self, tree: ast.expr) -> float:
+        if TIME in names_of(tree):
+            raise ExpressionError(f"{ast.unparse(tree)} changes with time")
         layout = Layout({}, self.system.parameters)
-        return float(compile_expression(tree, layout, 1).value(0.0, [], [])[0])
+        number = float(compile_expression(tree, layout, 1).value(0.0, [], [])[0])
+        if not is_finite(number):
+            raise ExpressionError(f"{ast.unparse(tree)} is {number}")
+        return number
 
 
 _MOST_SAMPLES: Final = 10_000_000

@@ -142,9 +142,10 @@ class VariableDelay(Atomic):
             d0 = d1 = d2 = 0.0
         seen = self._at - d0 * 1e9
         index = bisect_right(self._begins, seen + 1.0) - 1
-        begin, segment = self._begins[index], self._past[index]
-        since = (seen - begin) * NANO if index > 0 else 0.0
-        a, b, c, _ = segment.after(since) if index > 0 else segment
+        segment = self._past[index]
+        if index > 0:
+            segment = segment.after((seen - self._begins[index]) * NANO)
+        a, b, c, _ = segment
         speed = 1.0 - d1
         result = (a, b * speed, c * speed * speed - b * d2)
         self._segment = Segment(*result[: self.order])

@@ -44,9 +44,7 @@ def falls_below_zero(c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> 
     0 if it is negative and falling; one that is negative and rising has to come up first, or to
     turn: of a ball that its event has sent up from just below the floor, too slow to reach it.
     """
-    if c0 < 0.0 and (c1 < 0.0 or (c1 == 0.0 and c2 < 0.0)):
-        return 0.0
-    if c0 == 0.0 and _first_sign(c1, c2, c3) < 0:
+    if c0 <= 0.0 and _first_sign(c1, c2, c3) < 0:
         return 0.0
     if c3 != 0.0:
         return _cubic_falls(c0, c1, c2, c3)
@@ -76,7 +74,7 @@ def _cubic_falls(c0: float, c1: float, c2: float, c3: float) -> float:
         value = c0 + end * (c1 + end * (c2 + end * c3))
         if before >= 0.0 > value:
             return _bracketed(c0, c1, c2, c3, begin, end)
-        if begin == 0.0 and c1 > 0.0 > value:
+        if begin == 0.0 and value < 0.0:  # it came up from below zero, and turns
             return end
         begin, before = end, value
     if c3 > 0.0 or before < 0.0:

@@ -11,7 +11,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.models.qss import (
     Constant,
     Crossing,
@@ -38,6 +38,7 @@ from firmware_runtime.models.qss import (
     VariableDelay,
     When,
 )
+from firmware_runtime.models.qss.sources import Schedule
 from firmware_runtime.runs.model_alone import run
 from firmware_runtime.view.diagram.draw import diagram
 from tests.support.atomic_bench import AtomicBench
@@ -122,6 +123,7 @@ def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
     one, two = other.add(Ramp("one", 1.0)), other.add(Ramp("two", -2.0, start=1.0))
     product = other.run(other.add(Product("product", tolerance=1e-2), in0=one, in1=two))
     assert [product(t) for t in (0.7, 3.3)] == pytest.approx([-0.28, -18.48], abs=1e-2)
+    assert not any(any(each[2:]) for _, each in other.sent), "straight lines, for QSS2"
 
 
 @pytest.mark.parametrize(
@@ -210,6 +212,10 @@ def test_a_switch_passes_one_wire_or_the_other() -> None:
     switch = diagram.add(Switch("switch"), in_=control, above=above, below=below)
     at = diagram.run(switch)
     assert [at(t) for t in (0.2, 0.7, 1.0, 2.0)] == pytest.approx([0.0, 7.0, 10.0, 20.0])
+    for side in (1.0, -1.0):
+        diagram = Diagram()
+        control = diagram.add(Constant("control", side))
+        assert diagram.run(diagram.add(Switch("switch"), in_=control))(1.0) == 0.0, "of no wire"
 
 
 def test_a_quantizer_sends_each_step_at_its_edge() -> None:
@@ -223,6 +229,14 @@ def test_a_quantizer_sends_each_step_at_its_edge() -> None:
     assert steps == [0, 1, 2, 3, 2, 1, 0, -1, -2, -3, -4]
     falls = [1_250_000_250 + number * SECOND // 4 for number in range(7)]
     assert [at for at, _ in diagram.sent] == [0, *(n * SECOND // 4 for n in (1, 2, 3)), *falls]
+
+
+def test_a_quantizer_to_the_nearest_step_changes_half_way() -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("in", 1.0))
+    diagram.run(diagram.add(Quantizer("quantizer", 0.5, nearest=True), in_=ramp), SECOND)
+    sent = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert sent == [(0.0, 0.0), (0.25, 0.5), (0.75, 1.0)]
 
 
 def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge() -> None:
@@ -336,6 +350,37 @@ def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> 
     assert at(2.95) == -3.0
 
 
+def test_a_delay_that_bends_up_looks_back_over_what_has_been() -> None:
+    diagram = Diagram()
+    bent = diagram.add(Samples("in", [(0.0, 0.0), (0.25, 1.0), (9.0, 1.0)]))
+    parabola = diagram.add(Schedule("delay", [(0.0, Segment(0.1, 0.0, 0.5))]))
+    late = diagram.add(VariableDelay("late", 5.0, order=3), in_=bent, delay=parabola)
+    at = diagram.run(late, 2 * SECOND)
+    for t in (0.3, 0.5, 1.5, 1.6, 1.8):
+        assert at(t) == pytest.approx(min(4.0 * (t - 0.1 - 0.5 * t * t), 1.0), abs=1e-8)
+
+
+def test_a_variable_delay_keeps_all_that_its_longest_delay_reaches() -> None:
+    late, sent = VariableDelay("late", 0.002), dict[int, float]()
+    simulator = Simulator(late)
+    simulator.listen(late.out, lambda at, segment: sent.update({at: segment.value}))
+    simulator.inject(late.delay, Segment(0.002))
+    for ms in range(300):
+        simulator.inject(late.entrance, Segment(float(ms)))
+        simulator.advance(ms * MILLISECOND)
+        simulator.run(ms * MILLISECOND)
+    assert [sent[ms * MILLISECOND] for ms in range(2, 300)] == list(map(float, range(298)))
+
+
+def test_of_two_values_of_one_instant_a_variable_delay_keeps_the_last() -> None:
+    bench = AtomicBench(VariableDelay("late", 1.0))
+    bench.put(0, delay=Segment(0.01))
+    for value in (1.0, 2.0):
+        bench.put(5, **{"in": Segment(value)})
+    bench.run(20)
+    assert [(at, segment.value) for at, segment in bench.said["out"]][-1] == (15.0, 2.0)
+
+
 def delayed_by(delay: Atomic) -> Callable[[float], float]:
     """A ramp of slope 1 from 0, delayed by a signal; 2 s at most, and -3 before the start."""
     diagram = Diagram()
@@ -375,6 +420,14 @@ def test_a_function_whose_divisor_passes_zero_ends_there(divisor: str) -> None:
     function = Function("function", f"1 / ({divisor}) + 0 * x", ["x"], tolerance=1e6)
     with pytest.raises(ModelError, match=r"has no value at 0\.333333334 s.*goes through 0"):
         diagram.run(diagram.add(function, x=ramp))
+
+
+def test_a_function_of_what_stands_still_is_not_evaluated_again() -> None:
+    function = Function("function", "sin(x)", ["x"])
+    simulator = Simulator(function)
+    simulator.inject(function.inputs["x"], Segment(1.0))
+    simulator.run(SECOND)
+    assert simulator.next_at == NEVER
 
 
 def test_a_function_waits_until_each_input_has_a_value() -> None:

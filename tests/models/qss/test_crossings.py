@@ -204,13 +204,17 @@ def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
     assert falls_below_zero(1.0, -1.0) == 1.0
     assert falls_below_zero(-1.0, 1.0) == math.inf
     assert falls_below_zero(0.0, -1.0) == 0.0
+    assert falls_below_zero(0.0, 0.0, -1.0) == 0.0
     assert falls_below_zero(0.0, 0.0) == math.inf
     assert falls_below_zero(-1.0, 3.0, -2.0) == 1.0
     assert falls_below_zero(1.0, 0.0, 0.0, -1.0) == pytest.approx(1.0)
     assert falls_below_zero(-1.0, -1.0, 5.0) == 0.0
     assert falls_below_zero(-1.0, 2.0, -2.0) == 0.5  # where it turns back
     assert falls_below_zero(-1.0, 1.0, -1.0, 0.1) == pytest.approx(0.5445, abs=1e-4)
+    assert falls_below_zero(-1.0, 0.0, 1.0, -1.0) == pytest.approx(2.0 / 3.0)
+    assert falls_below_zero(-1.0, 0.0, 0.0, -1.0) == 0.0
     assert falls_below_zero(1.0, -1.0, -1.0, 1.0) == math.inf  # touches zero at 1
+    assert falls_below_zero(-1e-200, 1e-170, 1e-200) == math.inf  # its discriminant is no float
 
 
 @pytest.mark.parametrize("restitution", [0.8, 0.05])

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.devs.time import LONGEST_S
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss import Constant, FromFile, Step, System, When, solve
 
@@ -26,6 +27,8 @@ SOUND: dict[str, Any] = {"states": {"x": 1.0}, "equations": {"x": "-x"}}
         ({"events": [When("x > 0", only_if=0, x=1)]}, "events: 1: only_if is 0; expected"),  # type: ignore[arg-type]
         ({"events": ["x crosses 0"]}, "events: 'x crosses 0'; expected a list of When"),
         ({"method": {"x": "QSS1"}}, "method is {'x': 'QSS1'}; expected one of QSS1"),
+        ({"horizon_s": 0.0}, "horizon_s is 0.0; expected more than 0"),
+        ({"horizon_s": math.inf}, "horizon_s is inf; expected more than 0"),
         ({"outputs": "x"}, "outputs is 'x'; expected a list"),
         ({"quantum": {"x": 1e-3, "y": 1e-3}}, "quantum: y is no state"),
         ({"relative_quantum": {"y": 1e-3}}, "relative_quantum: y is no state"),
@@ -73,6 +76,12 @@ def test_times_that_do_not_ascend_from_the_start_are_refused(times: list[float])
 def test_a_solution_has_a_duration(until: float) -> None:
     with pytest.raises(ConfigError, match=f"until {until} s, 1001 samples; expected more than 0 s"):
         solve(System(**SOUND), until)
+
+
+def test_a_solution_may_be_as_long_as_time_goes() -> None:
+    assert solve(System({"x": 1.0}, {"x": "0"}), LONGEST_S, samples=2)[1]["x"] == [1.0, 1.0]
+    with pytest.raises(ConfigError, match="1e\\+09 s at most"):
+        solve(System(**SOUND), math.nextafter(LONGEST_S, math.inf))
 
 
 def test_what_is_no_system_cannot_be_solved() -> None:

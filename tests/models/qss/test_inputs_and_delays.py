@@ -4,8 +4,18 @@ import math
 
 import pytest
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss import Constant, Samples, Segment, Sine, System, When, solve
+from firmware_runtime.models.qss import (
+    Constant,
+    Samples,
+    Segment,
+    Simulation,
+    Sine,
+    System,
+    When,
+    solve,
+)
 from firmware_runtime.models.qss.sources import Schedule
 
 METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]
@@ -88,13 +98,14 @@ def test_outputs_and_events_read_what_was_half_a_second_ago(method: str) -> None
         equations={"x": "1"},
         inputs={"u": Constant("u", 3.0)},
         events=[When("delay(x, 0.5) >= 1", n="delay(x, 1)")],
-        outputs=["delay(x, 0.5)", "n", "delay(u, 0.5)"],
+        outputs=["delay(x, 0.5)", "n", "delay(u, 0.5)", "delay(u, 0.5, 7)"],
         method=method,
     )
     _, values = solve(system, times=[0.25, 1.25, 2.0])
     assert values["delay(x, 0.5)"] == pytest.approx([0.0, 0.75, 1.5])
     assert values["n"] == pytest.approx([0.0, 0.0, 0.5], abs=2e-3)
     assert values["delay(u, 0.5)"] == [0.0, 3.0, 3.0]
+    assert values["delay(u, 0.5, 7)"] == [7.0, 3.0, 3.0]
 
 
 def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -> None:
@@ -110,8 +121,22 @@ def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -
     assert solve(system, times=[0.5])[1]["at"] == [0.25]
 
 
-@pytest.mark.parametrize("text", ["delay(x)", "delay()", "delay(2*x, 1)", "delay(x, -1)"])
-def test_a_delay_of_what_cannot_be_delayed_is_refused_wherever_it_stands(text: str) -> None:
+def test_a_discrete_value_is_set_from_outside_at_the_port_of_its_name() -> None:
+    simulation = Simulation(System({"x": 0.0}, {"x": "rate"}, discrete={"rate": 0}))
+    simulation.advance(SECOND)
+    simulation.simulator.inject(simulation.model.in_ports["rate"], Segment(2.0))
+    simulation.simulator.advance(SECOND)
+    simulation.advance(2 * SECOND)
+    assert simulation.values["x"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    "arguments", ["x", "", "2*x, 1", "x, -1", "x, 1 + t", "x, 1e300 * 1e300", "x, 1, 1 / t"]
+)
+def test_a_delay_of_what_cannot_be_delayed_is_refused_wherever_it_stands(
+    arguments: str,
+) -> None:
+    text = f"delay({arguments})"
     outside = System(states={"x": 0.0}, equations={"x": "1"}, outputs=[text])
     inside = System(states={"x": 0.0}, equations={"x": text})
     for system in (outside, inside):

@@ -196,6 +196,30 @@ def test_liqss2_takes_no_change_at_an_event_for_an_answer(quantum: float) -> Non
     assert simulation.model.steps <= before + 2
 
 
+def test_a_step_of_liqss2_ends_where_its_line_that_began_half_the_quantum_off_touches() -> None:
+    simulation = Simulation(System({"x": 0.0}, {"x": "t"}, "LIQSS2", quantum=1e-2))
+    simulation.advance(10 * SECOND)
+    assert simulation.model.steps == pytest.approx(10.0 / math.sqrt(1e-2), abs=2)
+
+
+def test_a_line_of_liqss2_that_begins_at_its_state_holds_to_the_edge_of_the_quantum() -> None:
+    simulation, steps = Simulation(System({"x": 0.0}, {"x": "1 - t"}, "LIQSS2", quantum=1.0)), []
+    for at_s in (2.7, 2.74):  # x is -1 at 1 + sqrt(3) s, after it was 0.5 at 1 s
+        simulation.advance(round(at_s * SECOND))
+        steps.append(simulation.model.steps)
+    assert steps == [0, 1]
+
+
+def test_an_event_that_sets_a_state_and_its_rate_costs_liqss2_one_step() -> None:
+    event = When("t >= 1", x="x + 1", rate=-100)
+    system = System({"x": 0.0}, {"x": "rate"}, "LIQSS2", discrete={"rate": 1.0}, events=[event])
+    simulation, steps = Simulation(system), []
+    for at in (SECOND - 1, SECOND + 1):
+        simulation.advance(at)
+        steps.append(simulation.model.steps)
+    assert steps[1] == steps[0] + 1
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
 def test_the_quantized_state_is_never_further_off_than_the_quantum(

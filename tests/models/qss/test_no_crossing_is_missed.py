@@ -84,6 +84,16 @@ def test_a_value_stays_on_its_side_for_as_long_as_is_said(text: str, scale: floa
             assert side * value > 0.0
 
 
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_a_power_beyond_a_cubic_holds_no_longer_than_to_its_root(sign: str) -> None:
+    tree = parse(f"{sign}(1 - x * x * x * x)")
+    (condition,) = compile_condition(tree, Layout({"x": 2}, {}), at_zero=True)
+    for span in (0.5, 1.1, 8.0):
+        watch = Watch([condition])
+        watch.spans = [span]
+        assert 0.4 < watch.settle(0.0, [0.0, 1.0]) <= 1.0
+
+
 def test_what_stands_still_is_never_looked_at_again() -> None:
     (condition,) = compile_condition(parse("cos(x) - 2"), Layout({"x": 2}, {}), at_zero=True)
     assert Watch([condition]).settle(0.0, [0.3, 0.0]) == math.inf
