@@ -192,7 +192,7 @@ def test_nothing_is_said_of_what_does_not_turn(
 
 def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> None:
     head = AtomicBench(HeadTurn("commanded_head", 50.0))
-    head.put(10, motor=CLOCKWISE, applied=Applied.ALL)
+    head.put(10, motor=CLOCKWISE, applied=Applied.ALL, body=0)
     assert turned(head, 20, [0, 0, 0]) == []
     assert turned(head, 80, [358, 356, 356, 356]) == [(0.0, 358), (-50.0, 356), (0.0, 356)]
     head.put(165, motor=COUNTERCLOCKWISE)
@@ -231,6 +231,16 @@ def test_a_head_that_has_turned_back_stands_at_a_stop_for_a_stated_time() -> Non
     head.put(20, motor=CLOCKWISE)
     found = turned(head, 30, [180, 174, 170, 170, 170, 170, 170, 170])
     assert [each.rate_deg_s for each in found] == [0.0, -50.0, 0.0, 0.0, -50.0]
+
+
+def test_a_head_is_followed_from_the_body_that_carries_it_and_not_before_that_is_known() -> None:
+    head = AtomicBench(HeadTurn("commanded_head", 50.0))
+    head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL)
+    assert turned(head, 20, [100, 110]) == []
+    head.put(65, body=350)
+    assert turned(head, 70, [120, 130]) == [(0.0, 140)]
+    head.put(115, body=30)
+    assert turned(head, 120, [180, 190]) == [(50.0, 150), (50.0, 160)]
 
 
 HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})

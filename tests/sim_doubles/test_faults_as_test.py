@@ -65,7 +65,7 @@ def test_it_runs_as_it_is_written_and_asserts_that_the_robot_notices(
     assert "assert_noticed(robot)" in text
     called(text)
     with pytest.raises(AssertionError, match=r"no fault was reported after push"):
-        called(text.replace(f'"nack", "{device}"', '"push"').replace("for_s=0.5", "amount=0.25"))
+        called(text.replace(f'"nack", "{device}"', '"push"').replace(", for_s=0.5", ""))
 
 
 @pytest.mark.slow

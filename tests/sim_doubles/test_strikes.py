@@ -205,8 +205,10 @@ def test_the_list_has_devices_kinds_and_what_was_done() -> None:
     assert sonar.what == sonar.chip
     assert (sonar.line, sonar.kinds) == (
         "sonar",
-        ("late", "freeze-axis", "offset", "scale", "full-scale", "noise")
-        + ("silent", "drop", "garble", "brown-out", "absent"),
+        (
+            *("late", "freeze-axis", "offset", "scale", "full-scale", "noise"),
+            *("silent", "drop", "garble", "brown-out", "absent"),
+        ),
     )
     (made,) = listing.struck
     assert (made.kind, made.device, made.at, made.span) == (

@@ -120,11 +120,13 @@ class VehicleTurn(CommandedTurn):
 class HeadTurn(CommandedTurn):
     """A motor, `motor`, that turns a head to and fro between two end stops.
 
+    `body` tells the heading of what carries it: said is the head's from there, and nothing before.
+
     Where it begins is not known: the run before it may have ended anywhere. So it may be at an end
     stop from the start, or sooner than it turns back, as may one that was stopped amid a sweep:
     until it turns back nothing is expected of it while it stands, after that it stands at a stop
-    for `at_stop` ns at most. Where `body` tells the heading of what carries it, and `stop_deg` how
-    far from straight ahead its stops are, it may stand near the stop that it turns towards only.
+    for `at_stop` ns at most. Where `stop_deg` tells how far from straight ahead its stops are, it
+    may stand near the stop that it turns towards only.
     """
 
     def __init__(
@@ -163,20 +165,23 @@ class HeadTurn(CommandedTurn):
     @property
     def _is_at_a_stop(self) -> bool:
         """Whether a head that stands may do so because of a stop."""
-        if self.stop_deg is None or self._body_deg is None or self._seen_deg is None:
+        if self.stop_deg is None or self._seen_deg is None:
             return self._may_stand
-        stop_deg = self._body_deg - self._sense * self.stop_deg
-        is_near = abs(math.remainder(self._seen_deg - stop_deg, CIRCLE_DEG)) <= NEAR_DEG
+        beside_deg = math.remainder(self._seen_deg + self._sense * self.stop_deg, CIRCLE_DEG)
+        is_near = abs(beside_deg) <= NEAR_DEG
         return is_near and (self._may_stand or self._stood_for <= self.at_stop)
 
     def _joins(self, heading_deg: float) -> bool:
         """The same, with whether it stands by this heading and the last."""
-        seen_deg, self._seen_deg = self._seen_deg, heading_deg
-        moved_deg = 0.0 if seen_deg is None else math.remainder(heading_deg - seen_deg, CIRCLE_DEG)
+        if self._body_deg is None:
+            return False
+        ahead_deg = (heading_deg - self._body_deg) % CIRCLE_DEG
+        seen_deg, self._seen_deg = self._seen_deg, ahead_deg
+        moved_deg = 0.0 if seen_deg is None else math.remainder(ahead_deg - seen_deg, CIRCLE_DEG)
         self._stands = abs(moved_deg) < STANDS_DEG
         if not self._stands:
             self._stood_for = 0
-        return super()._joins(heading_deg)
+        return super()._joins(ahead_deg)
 
 
 def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
