@@ -226,3 +226,13 @@ def test_the_states_of_its_controllers_are_in_the_log_as_they_are_entered(
 def test_a_fault_is_to_be_said_as_soon_as_what_the_treads_turned_is_read_again() -> None:
     driven = Driven()
     assert driven.rig.said_within_s == driven.settings.treads.refresh_s
+
+
+def test_a_radar_that_sends_its_greatest_number_for_no_target_may_always_do_so() -> None:
+    on_a_port = ("chip=maxbotix", "port=sonar", "period_s=0.2")
+    serial = Driven(
+        *(f"radar_sonar.{each}" for each in on_a_port),
+        "ports.sonar={device='/dev/no/sonar', baud=9600}",
+    )
+    added = set(serial.rig.unknowable) - set(Driven().rig.unknowable)
+    assert added == {"full-scale:radar_sonar"}
