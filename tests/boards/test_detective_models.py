@@ -194,9 +194,9 @@ def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> No
     head = AtomicBench(HeadTurn("commanded_head", 50.0))
     head.put(10, motor=CLOCKWISE, applied=Applied.ALL, body=0)
     assert turned(head, 20, [0, 0, 0]) == []
-    assert turned(head, 80, [358, 356, 356, 356]) == [(0.0, 358), (-50.0, 356), (0.0, 356)]
+    assert turned(head, 80, [357, 354, 354, 354]) == [(0.0, 357), (-50.0, 354), (0.0, 354)]
     head.put(165, motor=COUNTERCLOCKWISE)
-    assert turned(head, 180, [356, 356]) == [(0.0, 356), (50.0, 356)]
+    assert turned(head, 180, [354, 354]) == [(0.0, 354), (50.0, 354)]
     head.put(225, motor=STILL)
     assert turned(head, 240, [358, 0]) == [(0.0, 358)]
     head.put(285, motor=COUNTERCLOCKWISE)

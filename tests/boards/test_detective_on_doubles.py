@@ -277,6 +277,14 @@ def test_a_mission_without_a_target_ends_in_time() -> None:
     assert 20 * SECOND <= at <= 22 * SECOND
 
 
+@pytest.mark.parametrize("bit", [2056, 2061, 2062, 2063])
+def test_treads_stop_whichever_bit_of_their_mode_is_read_wrongly_meanwhile(bit: int) -> None:
+    flipped = Strike("flip", "treads", at_s=8.01, for_s=1.0, amount=float(bit))
+    with open_board("detective", doubles=True, clock="virtual", faults=[flipped]) as robot:
+        assert robot.run(10.0).state is RunState.FAILED
+        assert robot.outputs == {"radar_motor": 0, "treads": 0}
+
+
 # A supply fails -----------------------------------------------------------------------------------
 
 

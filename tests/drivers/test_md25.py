@@ -44,8 +44,8 @@ def test_bring_up_stops_sets_up_and_leaves_the_timeout_on() -> None:
     bare = Bare(Md25Settings(acceleration=10))
     bare.bring_up()
     slow, mode = b"\x0e\x01", b"\x0f\x00"
-    assert bare.written == [STOP, slow, mode, STOP, b"\x0e\x0a", b"\x10\x31", b"\x10\x33"]
-    assert bare.sent[bare.sent.index((mode,)) + 1] == (STOP,)
+    assert bare.written == [mode, STOP, slow, mode, STOP, b"\x0e\x0a", b"\x10\x31", b"\x10\x33"]
+    assert bare.sent[-6:-4] == [(mode,), (STOP,)]
     assert duration_ns(bare.driver.bring_up()) == 0
 
 
@@ -57,7 +57,7 @@ def test_a_chip_left_in_another_mode_is_stopped_in_that_modes_words(
 ) -> None:
     fresh.memory[0x0F] = mode
     fresh.bring_up()
-    assert fresh.written[0] == stop
+    assert fresh.written[:2] == [bytes((0x0F, mode)), stop]
     assert fresh.memory[0x0F] == 0
     assert fresh.memory[0x00:0x02] == b"\x80\x80"
 
@@ -155,8 +155,8 @@ def test_stop_asks_for_the_mode_at_any_time(
         running.bus.wire.clear()
     running.memory[0x0F] = mode
     running.driver.stop()
-    assert running.sent == [(b"\x0f", 1), (stop,)]
-    assert sum(map(bits, running.sent)) == 77
+    assert running.sent == [(b"\x0f", 1), (bytes((0x0F, mode)),), (stop,)]
+    assert sum(map(bits, running.sent)) == 106
 
 
 @pytest.mark.parametrize("mode", [0xFF, 0x05])

@@ -24,8 +24,8 @@ from firmware_runtime.models.cross_check import (
 from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
-STANDS_DEG: Final = 2.0
-"""From one heading to the next less than this is no turn."""
+STANDS_DEG: Final = 3.0
+"""From one heading to the next less than this is no turn, by two compasses in whole degrees."""
 NEAR_DEG: Final = 10.0
 """So far from an end stop, by two compasses, a head may be at it; its two may be 20 apart."""
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}

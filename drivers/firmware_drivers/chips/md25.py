@@ -8,8 +8,9 @@ motors of a dead controller turning.
 Mode 0 is used, where 128 stands for stop, because it is the power-up mode: after a loss of supply
 the next byte still means what it meant. In the signed modes stop is 0, which a chip fallen back to
 mode 0 takes for full reverse, and the stop of mode 0 is full reverse there. Another program may
-have changed the mode since it was set: every stop asks for it first, and speeds are set only once
-the settings were read and are as they should be.
+have changed the mode since it was set: every stop asks for it first, and writes it back, since one
+wrong bit of the answer would make a stop full reverse; speeds are set only once the settings were
+read and are as they should be.
 
 Speed regulation and the timeout are switched on at every bring-up; no register shows whether they
 are. The acceleration ramp is the chip's own. Not used: turn modes, change of address.
@@ -177,7 +178,8 @@ class Md25(I2cChip):
     def stop(self) -> None:
         """Set both speeds to stop, in the words of the mode the chip is in; it ramps down.
 
-        8 bytes, 192 us at 400 kHz. If its mode cannot be read, a chip that was brought up gets the
+        The mode that was read is written before: where it was read wrongly, it is that one now.
+        11 bytes, 264 us at 400 kHz. If its mode cannot be read, a chip that was brought up gets the
         stop of mode 0, and the error of reading is raised nevertheless. If what is read is no mode,
         as where nothing drives SDA, it gets that stop too, and WrongDevice is raised: the stop of
         a signed mode would be full reverse in the one that it most likely is in.
@@ -188,12 +190,13 @@ class Md25(I2cChip):
             if self._is_up:
                 self._write(SPEED1, STOP, STOP)
             raise
-        is_signed = mode <= LAST_MODE and mode & SIGNED
-        self._write(SPEED1, *((0, 0) if is_signed else (STOP, STOP)))
         if mode > LAST_MODE:
+            self._write(SPEED1, STOP, STOP)
             raise self._wrong_device(
                 f"mode reads {mode:02x}, expected 00 to 03; whether it has stopped is not known"
             )
+        self._write(MODE, mode)
+        self._write(SPEED1, *((0, 0) if mode & SIGNED else (STOP, STOP)))
 
     def still_on(self) -> str | None:
         """Read back which speeds are not stop, in a sentence; None if none is. In any mode.
