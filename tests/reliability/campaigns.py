@@ -15,6 +15,7 @@ from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import rerun_many
 from firmware_runtime.lab.campaign.campaigning import report_of
 from firmware_runtime.lab.campaign.report import Report
+from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.reliability.results import BUILD, Result
 
@@ -52,11 +53,13 @@ def execute(arguments: argparse.Namespace) -> Result:
 def _carried_out(arguments: argparse.Namespace) -> Iterator[tuple[str, dict[str, Any]]]:
     share_s = None if arguments.minutes is None else 60 * arguments.minutes / len(arguments.boards)
     for board in arguments.boards:
+        output = BUILD / f"{board}.csv"
+        partial_of(output).unlink(missing_ok=True)  # of the last one, whose time was over
         report = campaign(
             board,
             budget_s=share_s,
             workers=arguments.workers,
-            output=BUILD / f"{board}.csv",
+            output=output,
             findings=BUILD / f"findings-{board}",
         )
         sys.stdout.write(f"{report}\n")
