@@ -12,7 +12,6 @@ SETTINGS = MovementWatchSettings(
     command=0.1,
     still=0.03,
     impulse=0.198,
-    fastest=4.0,
     again=500 * MILLISECOND,
 )
 
@@ -36,29 +35,6 @@ def test_what_is_driven_without_effect_is_found_and_tried_again_after_a_rest() -
     first = bench.faults[0]
     assert (first.kind, first.axis, first.consecutive) == ("Implausible", "yaw rate (rad/s)", 1)
     assert first.reason.endswith("is 0, expected more than 0.03 while it is driven by -0.5")
-
-
-def test_what_is_too_fast_by_either_sign_is_off_for_as_long_as_it_is() -> None:
-    bench = Bench()
-    bench.drive(0, 100, 0.0, rate=-4.0)
-    bench.drive(100, 200, 0.0, rate=-4.1)
-    bench.drive(200, 300, 0.0, rate=1.0)
-    assert bench.said["moves"] == []
-    bench.drive(300, 1200, 0.0, rate=-4.1)
-    bench.drive(1200, 2000, 0.0, rate=1.0)
-    assert bench.said["moves"] == [(410, False), (910, False), (910, False), (1410, True)]
-    assert [fault.reason.partition(" is ")[2] for fault in bench.faults] == [
-        "-4.1, expected 4 at most",
-        "-4.1, expected 4 at most",
-    ]
-
-
-def test_a_rate_that_is_not_told_any_more_goes_on() -> None:
-    bench = Bench()
-    bench.put(10, motion=Motion(0.0, 5.0))
-    bench.put(120, command=0.0)
-    bench.run(130)
-    assert bench.said["moves"] == [(120, False)]
 
 
 def test_what_moves_now_and_then_or_is_driven_by_less_than_friction_is_not() -> None:

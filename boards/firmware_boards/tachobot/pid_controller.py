@@ -80,7 +80,7 @@ class PidController(Coupled, Generic[P]):
 
 
 def movement_check(settings: MovementCheckSettings) -> MovementWatch:
-    """The gyro against what drives it: motors may have no supply, the robot be caught, or spin."""
+    """The gyro against what drives it: motors may have no supply, and the robot may be caught."""
     return MovementWatch(
         "movement_check",
         MovementWatchSettings(
@@ -88,7 +88,6 @@ def movement_check(settings: MovementCheckSettings) -> MovementWatch:
             command=settings.effort_n,
             still=settings.still_rad_s,
             impulse=settings.impulse_n_s,
-            fastest=settings.fastest_rad_s,
             again=seconds(settings.again_s),
         ),
     )

@@ -154,7 +154,7 @@ class CompassCheckSettings(Settings, frozen=True):
 
 
 class MovementCheckSettings(Settings, frozen=True):
-    """A robot that is driven and does not turn, or spins; then outputs go off for a while."""
+    """A robot that is driven and does not turn; then outputs go off for a while."""
 
     effort_n: NotNegative = 0.1
     """The yaw command that has to turn it; more than the bearing's friction takes."""
@@ -162,10 +162,8 @@ class MovementCheckSettings(Settings, frozen=True):
     """Slower than this it stands still: noise and bias of the gyro."""
     impulse_n_s: Positive = 0.2
     """Command beyond that, times the time for which it stands still."""
-    fastest_rad_s: Positive = 4.0
-    """It never turns faster, unless something is wrong, such as the sign of its gyro."""
     again_s: Positive = 1.0
-    """After which it is driven again, if it does not spin."""
+    """After which it is driven again."""
 
 
 class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
