@@ -186,19 +186,19 @@ class _Run:
                 self.looks.append(watched.go_on())
                 self.taken.append(frozenset(watched.reached))
                 self.wrong = self.wrong or wrong_by_itself(watched, self.stated)
-                if before < until:
-                    self._note(watched, before)
+                self._note(watched, before)
             self.not_finite = watched.not_finite
             self.unready = frozenset(watched.unready())
             self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
-        self.uses.sort(key=lambda each: each.use.at)
-        is_on = [look.is_on for look in self.looks[: until // EVERY]]
         by_line = [(each.line, each.use) for each in self.uses]
+        is_on = [look.is_on for look in self.looks]
         self.least_uses = least_uses(self.places, by_line, is_on)
+        self.uses = [each for each in self.uses if each.before < until]
+        self.uses.sort(key=lambda each: each.use.at)
         loads = robot.board.loads.items()
         paced = {name: load for name, load in loads if name not in self.stated.unpaced}
-        pace = off_pace(paced, by_line, is_on)
+        pace = off_pace(paced, by_line, is_on[: until // EVERY])
         if self.wrong is None and pace is not None:
             bus, what = pace
             self.wrong = Wrong("paced", bus, f"{what}, and no fault was made", until)
