@@ -1,28 +1,15 @@
 """Faults of what is read, by kind: late, one bit, one byte, one measured word of a chip."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
 
 from firmware_runtime.hal.i2c import Message
+from sim_doubles.altered_readings import AlteredReadings
 from sim_doubles.faults import AlteredAnswer
 from sim_doubles.i2c_target import Words
 from sim_doubles.scripted_fault import Reading, burst_start
 
-OFFSET: Final = 2000
-"""Counts that an offset jumps by."""
 _LEAST, _MOST = -(1 << 15), (1 << 15) - 1
-NOISE: Final = 10
-"""By how much a word changes more than it does."""
-CHANGES: Final[Mapping[str, Callable[[int, int], int]]] = {
-    "freeze-axis": lambda before, _: before,
-    "offset": lambda _, now: now + OFFSET,
-    "scale": lambda _, now: 2 * now,
-    "negate": lambda _, now: -now,
-    "full-scale": lambda _, now: _LEAST if now < 0 else _MOST,
-    "noise": lambda before, now: before + NOISE * (now - before),
-}
-"""What becomes of a word, by kind: of what it was before it broke, and what is measured now."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +51,9 @@ class AlteredWord(AlteredAnswer):
     kind: str
     words: Sequence[Words]
     number: int
-    _before: list[int] = field(default_factory=list, init=False)
+    _readings: AlteredReadings = field(
+        default_factory=lambda: AlteredReadings(_LEAST, _MOST), init=False
+    )
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
@@ -78,13 +67,11 @@ class AlteredWord(AlteredAnswer):
         answer, begin = reading.answer, self._register - burst_start(reading.messages)
         if self.kind == "swap":
             return self._swapped(answer, begin)
-        now = self._word(answer, begin)
-        if not self._before:
-            before = reading.before
-            self._before.append(now if before is None else self._word(before, begin))
-        word = max(_LEAST, min(_MOST, CHANGES[self.kind](self._before[0], now)))
-        if self.kind == "noise":
-            self._before[0] = now
+        if not self._readings.is_broken:
+            if reading.before is not None:
+                self._readings.altered(self._word(reading.before, begin))
+            self._readings.break_(self.kind, once=False)
+        word = self._readings.altered(self._word(answer, begin))
         altered = word.to_bytes(2, self._group.order, signed=True)
         return answer[:begin] + altered + answer[begin + 2 :]
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
-from sim_doubles.altered_readings import OF_READINGS, AlteredReadings, HasReadings
+from sim_doubles.altered_readings import OF_READINGS, HasReadings
 from sim_doubles.clock import Now
 from sim_doubles.outputs import HasOutputs
 
@@ -144,11 +144,7 @@ class SerialLineDouble(SerialPort):
 
     def strike(self, kind: str, _address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind."""
-        if isinstance(self._target, HasReadings) and kind in OF_READINGS:
-            begin = partial(self._break_readings, self._target.readings, kind, once=span.once)
-        else:
-            begin = partial(self._break, kind, int(amount))
-        self.call_at(span.since, begin)
+        self.call_at(span.since, partial(self._break, kind, int(amount), once=span.once))
         if kind in _MOMENTS or span.once:
             return
         if span.until < NEVER:
@@ -176,12 +172,15 @@ class SerialLineDouble(SerialPort):
         for kind in (*self._broken, *self._broken_outputs, *OF_READINGS):
             self._heal(kind)
 
-    def _break(self, kind: str, amount: int) -> None:
+    def _break(self, kind: str, amount: int, *, once: bool) -> None:
         if self.struck_at is None:
             self.struck_at = self._now()
         if isinstance(self._target, HasOutputs) and kind in _OF_OUTPUTS:
             self._broken_outputs.add(kind)
             self._target.break_output(kind, amount)
+            return
+        if isinstance(self._target, HasReadings) and kind in OF_READINGS:
+            self._target.readings.break_(kind, once=once)
             return
         if kind in _LASTING:
             self._broken.add(kind)
@@ -191,11 +190,6 @@ class SerialLineDouble(SerialPort):
             self._to_garble += 1
         elif kind != "silent":
             self._target.power_cycle()
-
-    def _break_readings(self, readings: AlteredReadings, kind: str, *, once: bool) -> None:
-        if self.struck_at is None:
-            self.struck_at = self._now()
-        readings.break_(kind, once=once)
 
     def _heal(self, kind: str) -> None:
         if isinstance(self._target, HasReadings):

@@ -185,6 +185,13 @@ def raising(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Allocation, "external", raising_late)
 
 
+def recorded_with(monkeypatch: pytest.MonkeyPatch, folder: Path, error: Exception | None) -> Path:
+    """Record a run that an error ends, or nothing does."""
+    raising(monkeypatch)
+    ERRORS[:] = [] if error is None else [error]
+    return record(folder / "run.recording", "tachobot", 1.0)
+
+
 def replayed(path: Path) -> tuple[Verdict, dict[str, Difference]]:
     """The verdict, and the first difference of each field."""
     found: dict[str, Difference] = {}
@@ -296,9 +303,7 @@ def test_a_run_that_fails_otherwise_is_a_difference_with_both_texts(
     recorded: Exception | None,
     present: Exception | None,
 ) -> None:
-    raising(monkeypatch)
-    ERRORS[:] = [] if recorded is None else [recorded]
-    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    path = recorded_with(monkeypatch, tmp_path, recorded)
     verdict, _ = replayed(path)
     assert (verdict.first, verdict.is_identical) == (None, True)
     ERRORS[:] = [] if present is None else [present]
@@ -313,9 +318,7 @@ def test_a_run_that_fails_otherwise_is_a_difference_with_both_texts(
 def test_of_a_run_whose_end_does_not_say_what_was_raised_the_reason_is_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    raising(monkeypatch)
-    ERRORS[:] = [WORN]
-    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    path = recorded_with(monkeypatch, tmp_path, WORN)
     *sections, last = every_section(path)
     end = decode(last)
     del end.extra["raised"], end.extra["in_step"]
@@ -328,9 +331,7 @@ def test_of_a_run_whose_end_does_not_say_what_was_raised_the_reason_is_compared(
 def test_what_is_raised_in_the_last_step_of_a_recording_that_breaks_off_is_a_difference(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    raising(monkeypatch)
-    ERRORS[:] = [WORN]
-    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    path = recorded_with(monkeypatch, tmp_path, WORN)
     sections = every_section(path)
     while kind_of(sections[-1]) != Kind.STEP:
         sections.pop()
