@@ -334,4 +334,6 @@ def _why_no_file(path: str) -> str:
         return "no such file"
     except OSError as error:
         return f"cannot be found ({error.strerror})"
+    except ValueError as error:
+        return f"no name of a file ({error})"
     return "no regular file"

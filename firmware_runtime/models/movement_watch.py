@@ -1,8 +1,10 @@
-"""Drive without effect: a motor without supply, a gear that is broken, a robot that is caught.
+"""Drive without effect: a motor without supply, a robot that is caught, a sensor of the other sign.
 
 What a chip was told it has taken, and all its registers read right: only the movement says that
-nothing came of it. Whatever is driven by more than friction holds gains speed, so force times the
-time in which it stands still is small; the watch adds that up.
+nothing came of it. Whatever is driven by more than friction holds gains speed, and whatever is
+braked loses it, so force times the time in which it does neither is small; the watch adds that up.
+A push adds speed at once, which is then braked; what gains it while it is braked is no push. Each
+further try would make that faster: after a second one in vain it is given up.
 """
 
 import math
@@ -17,6 +19,9 @@ from firmware_runtime.models.motion import Applied, Motion
 PAUSE = 100 * MILLISECOND
 """Ns after which a command that was not renewed drives nothing any more."""
 
+BRAKED_IN_VAIN = 2
+"""Times, never half as fast in between, after which its rate is not believed."""
+
 
 class MovementWatchSettings(Struct, frozen=True, kw_only=True):
     """What has to move it, and when it stands still; `command` is N or N m, `rate` m/s or rad/s."""
@@ -26,18 +31,19 @@ class MovementWatchSettings(Struct, frozen=True, kw_only=True):
     command: float
     """The least command that has to move it, friction included."""
     still: float
-    """A rate below this is none."""
+    """A rate below this is none; one that falls by twice as much has fallen."""
     impulse: float
-    """Command beyond that, times seconds, without any movement, at most."""
+    """Command beyond that, times seconds, without any movement or braking, at most."""
     again: int
     """Ns after which it may be driven again, to see whether it moves."""
 
 
 class MovementWatch(Atomic):
-    """Says `moves` false, with a fault, once it is driven and stands still; true a while later.
+    """Says `moves` false, with a fault, once it is driven in vain; true a while later.
 
     waiting --command?, motion?, applied?--> waiting, or stuck (0) --moves! false, fault!--> resting
     resting (again) --moves! true--> waiting
+    BRAKED_IN_VAIN, stuck (0) --moves! false, fault!, contradiction!--> given up
 
     A command counts until the next one, PAUSE at most, and only while the actuator applies it.
     """
@@ -49,9 +55,15 @@ class MovementWatch(Atomic):
         self.applied_in = self.in_port("applied", Applied)
         self.moves = self.out_port("moves", bool)
         self.fault = self.out_port("fault", Fault)
+        self.contradiction = self.out_port("contradiction", Fault)
         self.settings = settings
         self._applied = Applied.ALL
         self._driven_by = self._impulse = self._rate = 0.0
+        self._fastest = settings.still
+        """How fast it was against what drives it, since that has slowed it down."""
+        self._braked_in_vain = 0
+        self._in_vain_at = 0.0
+        """The speed at which it last was."""
         self._since_command = 0
 
     def initialize(self) -> None:
@@ -62,25 +74,36 @@ class MovementWatch(Atomic):
         """Send that it does not move, or that it may be tried again."""
         self.moves.send(self.phase == "resting")
         if self.phase == "stuck":
-            self.fault.send(self._without_effect())
+            fault = self._without_effect()
+            self.fault.send(fault)
+            if self._braked_in_vain == BRAKED_IN_VAIN:
+                self.contradiction.send(fault)
 
     def internal(self) -> None:
-        """Rest after it was stuck, and wait after that."""
-        if self.phase == "stuck":
-            self.hold_in("resting", self.settings.again)
-        else:
+        """Rest after it was stuck, and wait after that; for good, where it is braked in vain."""
+        if self.phase == "resting":
             self._forget()
             self.passivate("waiting")
+        elif self._braked_in_vain == BRAKED_IN_VAIN:
+            self.passivate("given up")
+        else:
+            self.hold_in("resting", self.settings.again)
 
-    def external(self, elapsed: int) -> None:
-        """Take what came; add up with every command, in line: it is done in every control tick."""
+    def external(self, elapsed: int) -> None:  # noqa: C901 -- in one frame: in every control tick
+        """Take what came; add up with every command."""
+        still = self.settings.still
         self._since_command += elapsed
         if self.applied_in:
             self._applied = self.applied_in[-1]
         if self.motion:
             self._rate = self.motion[-1].rate
-            if abs(self._rate) > self.settings.still:
-                self._impulse = 0.0
+            against = self._rate * math.copysign(1.0, -self._driven_by)
+            if against > self._fastest:
+                self._fastest = against
+            elif against < self._fastest - 2 * still:  # slower; or, from rest, as it is driven
+                self._impulse, self._fastest = 0.0, max(against, still)
+                if abs(self._rate) < self._in_vain_at / 2:
+                    self._braked_in_vain = 0
         if self.phase != "waiting":
             self.continue_(elapsed)
         elif self.command:
@@ -92,15 +115,25 @@ class MovementWatch(Atomic):
                 self._impulse += math.copysign(more, self._driven_by)
             self._driven_by, self._since_command = self.command[-1], 0
             if abs(self._impulse) > self.settings.impulse:
-                self.activate("stuck")
+                self._note_it_is_stuck()
 
     # ---------------------------------------------------------------------------------------------
 
     def _forget(self) -> None:
         self._driven_by = self._impulse = 0.0
+        self._fastest = self.settings.still
+
+    def _note_it_is_stuck(self) -> None:
+        self._braked_in_vain += self._is_braked()
+        self._in_vain_at = self._fastest
+        self.activate("stuck")
+
+    def _is_braked(self) -> bool:
+        return self._fastest > self.settings.still
 
     def _without_effect(self) -> Fault:
         stated = self.settings
-        expected = f"more than {stated.still:g} while it is driven by {self._driven_by:.3g}"
+        moved = "slowing down" if self._is_braked() else f"more than {stated.still:g}"
+        expected = f"{moved} while it is driven by {self._driven_by:.3g}"
         error = Implausible(self.path, stated.quantity, self._rate, expected)
         return Fault.of(error, 1)

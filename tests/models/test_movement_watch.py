@@ -41,8 +41,36 @@ def test_what_moves_now_and_then_or_is_driven_by_less_than_friction_is_not() -> 
     bench = Bench()
     for begin in range(0, 4000, 400):
         bench.drive(begin, begin + 390, 0.5, rate=0.0)
-        bench.drive(begin + 390, begin + 400, 0.5, rate=-0.04)
+        bench.drive(begin + 390, begin + 400, 0.5, rate=0.04)
     bench.drive(4000, 9000, 0.1)
+    assert bench.said["moves"] == []
+
+
+def test_what_gains_speed_while_it_is_braked_is_given_up_the_second_time() -> None:
+    bench = Bench()
+    for at in range(0, 9000, 10):
+        bench.drive(at, at + 10, 0.5, rate=-at / 1000)
+    assert bench.said["moves"] == [(500, False), (1000, True), (1500, False)]
+    assert [at for at, _ in bench.said["contradiction"]] == [1500]
+    assert bench.faults[0].reason.endswith(
+        "is -0.5, expected slowing down while it is driven by 0.5"
+    )
+
+
+def test_what_is_half_as_fast_in_between_is_tried_again_for_ever() -> None:
+    bench = Bench()
+    for begin in range(0, 9000, 1000):
+        bench.drive(begin, begin + 600, 0.5, rate=-1.0)
+        bench.drive(begin + 600, begin + 1000, 0.5, rate=-0.4)
+    assert [at for at, moves in bench.said["moves"] if not moves] == list(range(500, 9000, 1000))
+    assert bench.said["contradiction"] == []
+
+
+def test_a_push_that_is_braked_is_not() -> None:
+    bench = Bench()
+    for push in range(0, 4000, 1000):
+        for at in range(0, 1000, 10):
+            bench.drive(push + at, push + at + 10, 0.5, rate=-2.0 + 0.002 * at)
     assert bench.said["moves"] == []
 
 

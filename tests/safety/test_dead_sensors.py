@@ -293,6 +293,20 @@ def test_a_compass_that_lied_about_where_it_was_at_first_ends_the_run(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("mode", ["platform", "track"])
+def test_a_gyro_of_the_wrong_sign_without_a_compass_is_contradicted_by_thrust(mode: str) -> None:
+    lie = Strike("wrong-byte", "imu", at_s=4.3, amount=797.0)
+    push = Strike("push", at_s=5.0, amount=0.5)  # in "track" it is at rest by then
+    chosen = {"controller.mode": mode}
+    faults = [lie, push]
+    with open_board("tachobot", doubles=True, clock="virtual", set=chosen, faults=faults) as robot:
+        ended = robot.run(10.0)
+        assert "expected slowing down while it is driven by" in ended.reason
+        assert set((robot.outputs or {}).values()) == {0}
+        assert abs(robot.world.motion(robot.now).rate[2]) < 5.0
+
+
+@pytest.mark.slow
 def test_a_gyro_of_the_wrong_sign_is_contradicted_by_the_compass() -> None:
     robot = virtual_tachobot()
     felt = robot.rig.world.motion

@@ -8,6 +8,7 @@ from firmware_boards.tachobot.settings import ControllerSettings
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.cross_check import (
     CATCHING_UP,
     CrossCheck,
@@ -40,6 +41,7 @@ class Attitude(Atomic):
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
     any, fields too few, not trusted for DOUBT --sample?--> ending (0) --ended!--> lost
+    any --contradiction?--> ending (0) --ended!--> lost
 
     While `trusted` is false gyro and compass contradict each other, and no yaw is sent. Disabled
     again, it goes on estimating and says nothing: the robot may turn meanwhile.
@@ -60,12 +62,15 @@ class Attitude(Atomic):
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
         self.trusted = self.in_port("trusted", bool)
+        self.contradiction = self.in_port("contradiction", Fault)
+        """The rate is not what drives the robot makes of it."""
         self.yaw = self.out_port("yaw", Motion)
         self.ended = self.out_port("ended", Ending)
         self.compass_time_constant = compass_time_constant
         self.enabled = enabled
         self.is_trusted = True
         self._doubted_for = 0
+        self._ending = _UNKNOWN_ZERO
         self.motion: Motion | None = None
         self._since_sample = 0
         self._headings = 0
@@ -81,7 +86,7 @@ class Attitude(Atomic):
     def output(self) -> None:
         """Send the estimate, or that there will be none."""
         if self.phase == "ending":
-            self.ended.send(_UNKNOWN_ZERO)
+            self.ended.send(self._ending)
         elif self.motion is not None:
             self.yaw.send(self.motion)
 
@@ -101,6 +106,10 @@ class Attitude(Atomic):
         if self.trusted:
             self.is_trusted = self.trusted[-1]
             self._doubted_for = 0
+        if self.contradiction:
+            self._ending = Ending(self.contradiction[-1].reason, failed=True)
+            self.activate("ending")
+            return
         if self._doubted_for >= DOUBT and 0 < self._headings < FIELDS_PROVED:
             self.activate("ending")
             return

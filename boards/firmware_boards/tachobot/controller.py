@@ -64,7 +64,8 @@ class Controller(PidController[Pid]):
         self.couple(attitude.yaw, allocation.yaw)
         command = self._commanded(yaw, settings)
         delayed = self._delayed(command, settings.yaw.delay_s)
-        self._couple_yaw(delayed, attitude.yaw, allocation, settings.movement_check)
+        contradiction = self._couple_yaw(delayed, attitude.yaw, allocation, settings.movement_check)
+        self.couple(contradiction, attitude.contradiction)
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)

@@ -11,6 +11,7 @@ from firmware_boards.tachobot.settings import (
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.models.movement_watch import MovementWatch, MovementWatchSettings
 from firmware_runtime.models.pid import PidGains
@@ -56,14 +57,18 @@ class PidController(Coupled, Generic[P]):
         motion: OutPort[Motion],
         allocation: Allocation,
         settings: MovementCheckSettings,
-    ) -> None:
-        """Lead the yaw command to the allocation, as long as the robot turns that it drives."""
+    ) -> OutPort[Fault]:
+        """Lead the yaw command to the allocation, as long as the robot turns that it drives.
+
+        Returns what says that the rate can no longer be believed.
+        """
         check = self.add(movement_check(settings))
         self.couple(motion, check.motion)
         self.couple(command, check.command)
         self.couple(command, allocation.yaw_n)
         self.couple(self.applied, check.applied_in)
         self.couple(check.moves, allocation.moves)
+        return check.contradiction
 
     def _gains(self, settings: PidSettings) -> PidGains:
         return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)

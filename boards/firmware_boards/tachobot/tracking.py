@@ -73,7 +73,7 @@ class TrackingController(PidController[TrackingPid]):
             self.couple(self.sample, check.rate)
             self.couple(self.sample, check.value)
             self.couple(check.agrees_out, self.attitude.trusted)
-            self.couple(self.attitude.ended, self.given_up.no_yaw)
+        self.couple(self.attitude.ended, self.given_up.no_yaw)
         self.couple(self.sample, inertial.sample)
         self.couple(self.sample, self.attitude.sample)
         self.couple(self.enable, self.trajectory.enable)
@@ -107,7 +107,8 @@ class TrackingController(PidController[TrackingPid]):
         self.couple(x.command, allocation.x_n)
         self.couple(y.command, allocation.y_n)
         delayed = self._delayed(yaw.command, control.yaw.delay_s)
-        self._couple_yaw(delayed, estimator.yaw, allocation, control.movement_check)
+        contradiction = self._couple_yaw(delayed, estimator.yaw, allocation, control.movement_check)
+        self.couple(contradiction, self.attitude.contradiction)
 
     def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))
