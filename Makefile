@@ -108,7 +108,7 @@ update-test: $(VENV)/installed-test
 pi-full-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.pi.full.run $(STEPS)
 
-ALL_PARTS := mutants fuzzing dying soak campaigns planted networks
+ALL_PARTS := mutants fuzzing dying soak campaigns planted networks machines
 PARTS ?= $(ALL_PARTS)
 MINUTES ?= 30
 ifneq ($(filter-out $(ALL_PARTS),$(PARTS)),)

@@ -143,7 +143,7 @@ class Report:
             "ended": {"state": outcome.state.name.lower(), "reason": outcome.reason},
             "result": plain(self._asked(session.result)),
             **({} if outputs_on is None else {"outputs_on": outputs_on}),
-            **({} if kept is None else {"recording": str(kept)}),
+            **({"recording": str(kept)} if kept is not None and kept.exists() else {}),
             "statistics": (statistics := figures.as_json()),
             **({"link": statistics["link"]} if "link" in statistics else {}),
         }

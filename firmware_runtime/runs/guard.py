@@ -101,6 +101,7 @@ class Guard:
         self._has_taken_right = False
         self._failed: list[str] | None = None
         self._unguarded_because: str | None = None
+        self._is_said_gone = False
 
     @property
     def failed(self) -> list[str]:
@@ -187,6 +188,7 @@ class Guard:
         try:
             status = self._path.stat()
         except OSError:
+            self._say_it_is_gone()
             return
         identity = status.st_dev, status.st_ino
         if identity == self._seen or self._is_busy():
@@ -203,8 +205,19 @@ class Guard:
         self._run, self._seen, self._refused = run, identity, None
         self._unguarded_because, self._ask_at = "not checked yet", 0
         self._takeovers = 0
+        self._is_said_gone = False
         self.phase = Phase.WATCHING
         self._say(f"watching the run of process {run.writer.pid}")
+
+    def _say_it_is_gone(self) -> None:
+        """Say once of a run which goes on that its file was removed; what is mapped of it stays."""
+        run = self._run
+        if run is not None and not self._is_said_gone and not run.has_ended:
+            self._is_said_gone = True
+            self._say(
+                f"{self._path} is gone, and the run of process {run.writer.pid} goes on: it is "
+                "watched as before, and found by no command; SIGTERM ends it"
+            )
 
     def _is_busy(self) -> bool:
         if self.phase is Phase.HOLDING and self._failed != []:

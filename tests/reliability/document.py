@@ -106,8 +106,8 @@ def _dying(kept: Kept) -> Iterator[str]:
             yield "| " + " | ".join(map(_cell, row.values())) + " |"
 
 
-def _networks(kept: Kept) -> Iterator[str]:
-    yield "| the path | robot | runs | went on | ended with a reason | wrong |"
+def _in_real_time(kept: Kept) -> Iterator[str]:
+    yield "| what befell it | robot | runs | went on | ended with a reason | wrong |"
     yield "|---|---|---|---|---|---|"
     for row in kept.result.figures["rows"]:
         yield "| " + " | ".join(map(_cell, row.values())) + " |"
@@ -168,7 +168,8 @@ _PARTS: Final = (
     ("campaigns", "Single faults at transactions", _campaigns),
     ("planted", "Mistakes that were planted", _planted),
     ("dying", "Dying and hanging by phase", _dying),
-    ("networks", "Networks that fail", _networks),
+    ("networks", "Networks that fail", _in_real_time),
+    ("machines", "Machines that fail", _in_real_time),
     ("fuzzing", "Wire formats and parsers", _fuzzing),
     ("mutants", "Mutants", _mutants),
     ("soak", "Soak, in virtual time", _soak),

@@ -24,6 +24,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from tests.reliability.in_real_time import Judged, rows_of, unaccounted
 from tests.reliability.results import ROOT, Result, ends_at
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -60,14 +61,6 @@ class Trial(Struct, frozen=True, kw_only=True):
     seed: int
 
 
-class Judged(Struct, frozen=True, kw_only=True):
-    """What became of a run: `well`, `ended` with a reason, or `wrong`."""
-
-    trial: Trial
-    outcome: str
-    what: str
-
-
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
     parser.add_argument("--trials", type=int, default=210, help="runs in all; default 210")
@@ -83,14 +76,14 @@ def execute(arguments: argparse.Namespace) -> Result:
     trials = list(islice(trials_of(chance), arguments.trials))
     with ThreadPoolExecutor(arguments.at_once) as pool:
         found = [each for each in pool.map(lambda one: judged(one, until), trials) if each]
-    wrong = [each for each in found if each.outcome == "wrong"]
+    wrong = [each.what for each in found if each.outcome == "wrong"]
     for each in wrong:
-        sys.stdout.write(f"{each.trial}: {each.what}\n")
+        sys.stdout.write(f"{each}\n")
     return Result(
         name="networks",
         summary=f"{len(found)} runs over {len(PATHS)} paths that fail, {len(wrong)} wrong",
         is_sound=not wrong and len(found) > 0,
-        figures={"rows": list(_rows(found)), "wrong": [f"{e.trial}: {e.what}" for e in wrong]},
+        figures={"rows": list(rows_of(found, tuple(PATHS), tuple(BOARDS))), "wrong": wrong},
     )
 
 
@@ -121,12 +114,16 @@ def judged(trial: Trial, until: float = math.inf) -> Judged | None:
             out, err = run.communicate(timeout=2 * PATIENCE_S)
         except subprocess.TimeoutExpired:
             run.kill()
-            return Judged(trial=trial, outcome="wrong", what="it does not end")
+            return _found(trial, "wrong", f"{trial}: it does not end")
     found = [*_wrong(trial, run.returncode, out, err)]
     if found:
-        return Judged(trial=trial, outcome="wrong", what="; ".join(found))
+        return _found(trial, "wrong", f"{trial}: {'; '.join(found)}")
     reason = json.loads(out.splitlines()[-1])["ended"]["reason"]
-    return Judged(trial=trial, outcome="ended" if run.returncode else "well", what=reason)
+    return _found(trial, "ended" if run.returncode else "well", reason)
+
+
+def _found(trial: Trial, outcome: str, what: str) -> Judged:
+    return Judged(board=trial.board, befell=trial.path, outcome=outcome, what=what)
 
 
 def _goes_on(run: subprocess.Popen[str], for_s: float) -> bool:
@@ -176,7 +173,7 @@ def _wrong(trial: Trial, status: int, out: str, err: str) -> Iterator[str]:
         yield f"{', '.join(on)} on at the end"
     ends = [document[end] for end in ("controller", "robot") if document.get(end)]
     for end in ends:
-        yield from _unaccounted(end["statistics"]["models"])
+        yield from unaccounted(end["statistics"]["models"])
     if status == 0 and not any(map(_has_said, ends)):
         if trial.path == "is cut":
             yield "its path was cut, and it says nothing of it"
@@ -189,17 +186,3 @@ def _has_said(end: Mapping[str, Any]) -> bool:
     """Return whether an end reports a fault, or that its link was or is not good."""
     link = end["link"]
     return bool(end["statistics"]["faults"]) or link["silences"] > 0 or not link["is_good"]
-
-
-def _unaccounted(models: Mapping[str, Any]) -> Iterator[str]:
-    for path, each in models.items():
-        left = each["scheduled"] - each["run"] - each["skipped"] - each["coalesced"]
-        if left not in {0, each["waiting"]}:
-            yield f"{path} has {left} activations that nothing accounts for"
-
-
-def _rows(found: Sequence[Judged]) -> Iterator[dict[str, object]]:
-    for path, board in product(PATHS, BOARDS):
-        of_both = [e.outcome for e in found if (e.trial.path, e.trial.board) == (path, board)]
-        counts = {name: of_both.count(name) for name in ("well", "ended", "wrong")}
-        yield {"path": path, "board": board, "runs": len(of_both), **counts}

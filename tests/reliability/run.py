@@ -14,7 +14,16 @@ from typing import Final
 
 from tests.reliability.results import BUILD, keep
 
-PARTS: Final = ("mutants", "fuzzing", "dying", "soak", "campaigns", "planted", "networks")
+PARTS: Final = (
+    "mutants",
+    "fuzzing",
+    "dying",
+    "soak",
+    "campaigns",
+    "planted",
+    "networks",
+    "machines",
+)
 
 
 def main() -> int:

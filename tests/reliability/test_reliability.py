@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board.local_settings import board_in_force
-from tests.reliability import campaigns, document, dying, networks, planted, soak
+from tests.reliability import campaigns, document, dying, machines, networks, planted, soak
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.fuzzing import Figures, added
@@ -107,6 +107,17 @@ def test_a_network_that_fails_leaves_a_robot_well_or_off_and_said(path: str) -> 
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("failure", machines.FAILURES)
+def test_a_machine_that_fails_leaves_a_robot_well_or_off_and_said(failure: str) -> None:
+    if (why := machines.why_not(failure)) is not None:
+        pytest.skip(why)
+    trial = machines.Trial(board="tachobot", failure=failure, at_s=0.5, step="-400d")
+    found = machines.judged(trial)
+    assert found.outcome in {"well", "ended"}, found.what
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("board", soak.BOARDS)
 def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board: str) -> None:
     soaked = soak._soaked(board, 2, robot_s=60.0, limit_s=None, is_real=False)
@@ -133,7 +144,8 @@ def test_a_result_is_kept_with_its_day_commit_and_conditions(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    "board", sorted({*campaigns.BOARDS, *dying.BOARDS, *soak.BOARDS, *networks.BOARDS})
+    "board",
+    sorted({*campaigns.BOARDS, *dying.BOARDS, *soak.BOARDS, *networks.BOARDS, *machines.BOARDS}),
 )
 def test_each_robot_of_a_part_is_a_board(board: str) -> None:
     assert board_in_force(board, ()).name == board

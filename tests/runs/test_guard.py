@@ -610,6 +610,22 @@ def test_a_run_that_drives_is_watched_on_whatever_takes_the_place_of_its_file(
     assert guard_seen_at(path) > 0
 
 
+def test_a_run_whose_file_was_removed_is_watched_on_and_that_is_said_once(
+    path: Path, watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.poll()
+    path.unlink()
+    for _ in range(3):
+        watch.guard.poll()
+    assert "off" not in watch.done
+    said = [each for each in watch.reported if "is gone" in each]
+    assert len(said) == 1
+    assert "it is watched as before, and found by no command; SIGTERM ends it" in said[0]
+    hang(file)
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.HOLDING
+
+
 def test_a_run_whose_file_was_cut_short_is_held_off_for_as_long_as_it_lives(
     path: Path, watch: Watch, other: "subprocess.Popen[bytes]"
 ) -> None:

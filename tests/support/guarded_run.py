@@ -33,13 +33,14 @@ def next_sentence(guard: "subprocess.Popen[str]") -> str:
 class GuardedRun:
     """A robot on doubles that outlive it, watched by a guard where one is wanted."""
 
-    def __init__(self, directory: Path, robot: str) -> None:
+    def __init__(self, directory: Path, robot: str, seen_in: Path | None = None) -> None:
         self.robot = robot
-        self.socket, self.log = directory / "doubles.socket", directory / "doubles.log"
+        self._directory, seen_in = directory, seen_in or directory
+        self.socket, self.log = directory / "doubles.socket", seen_in / "doubles.log"
         self.environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(directory)}
         self.run: subprocess.Popen[str]
         self.guard: subprocess.Popen[str] | None = None
-        self._errors = directory / "stderr.log"
+        self._errors = seen_in / "stderr.log"
         self._lines: list[dict[str, Any]] = []
         self._outputs: dict[str, float] = {}
         self._read_up_to = 0
@@ -182,7 +183,7 @@ class GuardedRun:
         wait_until(lambda: not self.is_off, "the motors are driven again", self.errors)
 
     def _arms(self) -> bool:
-        answer = ask(self.log.with_name(f"{self.robot}.stats"), "arm")
+        answer = ask(self._directory.joinpath(f"{self.robot}.stats"), "arm")
         return bool(answer.get("armed"))
 
     def safe_state(self, reason: str) -> str:
@@ -194,12 +195,12 @@ class GuardedRun:
 
     def takeovers(self) -> list[dict[str, Any]]:
         """What the guard noted."""
-        path = self.log.with_name(f"{self.robot}.guard")
+        path = self._directory.joinpath(f"{self.robot}.guard")
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
     def steps(self) -> int:
         """How many steps the run has made."""
-        path = self.log.with_name(f"{self.robot}.stats")
+        path = self._directory.joinpath(f"{self.robot}.stats")
         steps: int = read_statistics(path).cells[STEPS]
         return steps
 
@@ -247,13 +248,15 @@ def guarded_run(
     program: str = "",
     environment: Mapping[str, str] | None = None,
     supervised: bool = True,
+    seen_in: Path | None = None,
 ) -> Iterator[GuardedRun]:
     """A run that drives its motors; everything is killed afterwards.
 
     `board` is another board file than the robot's own, `program` what to run instead of the
-    command, `environment` what only the run has.
+    command, `environment` what only the run has, `seen_in` where what is seen of it is kept, if not
+    in its directory.
     """
-    run = GuardedRun(directory, robot)
+    run = GuardedRun(directory, robot, seen_in)
     try:
         run.start(
             board or robot,
