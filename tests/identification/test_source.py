@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from firmware_runtime.board.experiments import Plant, Signal, plant_fault
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.cli.main import main
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.identification.source import read_series
 
 
@@ -55,6 +55,37 @@ def test_weighted_numbers_of_a_trace_become_input_and_output(cart: Board, tmp_pa
     assert series.at == pytest.approx(np.arange(250) * 0.01)
     assert series.measured == pytest.approx(np.arange(250) * 0.003)
     assert series.given == pytest.approx(np.arange(250) % 5 * 0.5)  # the last of an instant
+
+
+BEFORE = '{"t_ns": 0, "port": "motor.volts", "value": 1}\n'
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"{\x81'",
+        b'{"a": ' + b"[" * 5000,
+        b"7",
+        b'{"t_ns": "1", "port": "ruler.raw", "value": 1}',
+        b'{"t_ns": 1%s, "port": "ruler.raw", "value": 1}' % (b"0" * 400),
+        b'{"t_ns": 1, "port": ["ruler.raw"], "value": 1}',
+    ],
+)
+def test_what_is_no_line_of_a_trace_is_said(cart: Board, tmp_path: Path, line: bytes) -> None:
+    trace = tmp_path / "run.trace"
+    trace.write_bytes(BEFORE.encode() + line)
+    with pytest.raises(ConfigError, match="line 2 is no message of a trace; expected t_ns, port"):
+        read_series(trace, cart)
+
+
+@pytest.mark.parametrize(
+    "value", ["7", '{"left": {"mm": "x"}}', f'{{"left": {{"mm": 1{"0" * 400}}}}}']
+)
+def test_a_value_without_its_numbers_is_said(cart: Board, tmp_path: Path, value: str) -> None:
+    trace = tmp_path / "run.trace"
+    trace.write_text(f'{BEFORE}{{"t_ns": 1, "port": "ruler.raw", "value": {value}}}')
+    with pytest.raises(ConfigError, match=r"no number at left\.mm of ruler\.seen; expected one"):
+        read_series(trace, cart)
 
 
 def test_a_table_may_leave_cells_empty(cart: Board, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from firmware_runtime.board.experiments import Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.senders import Senders
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.identification.recorded_series import Quantity, Series, checked
 from firmware_runtime.recording.blackbox.locations import find_recording, is_black_box
@@ -28,14 +28,21 @@ from firmware_runtime.recording.exports.typed_values import Sent, passed
 
 def traced(path: Path) -> Iterator[Sent]:
     """Values of a file of `run --trace`. Raises ConfigError."""
-    with path.open() as file:
+    with path.open("rb") as file:
         for number, line in enumerate(file, 1):
             try:
-                message = json.loads(line)
-                yield Sent(message["t_ns"], message["port"], message["value"])
-            except (ValueError, KeyError, TypeError) as error:
+                yield _message_in(line)
+            except (ValueError, KeyError, TypeError, RecursionError) as error:
                 fault = f"line {number} is no message of a trace; expected t_ns, port and value"
                 raise ConfigError.of_one(str(path), fault) from error
+
+
+def _message_in(line: bytes) -> Sent:
+    message = json.loads(line)
+    at, port = message["t_ns"], message["port"]
+    if not (isinstance(at, int) and abs(at) < NEVER and isinstance(port, str)):
+        raise TypeError(at, port)
+    return Sent(at, port, message["value"])
 
 
 COLUMNS: Final = ("time_s", "input", "output")
@@ -124,7 +131,7 @@ def _number(path: Path, signal: Signal, value: object) -> float:
     for place, weight in signal.terms.items():
         try:
             found = float(_at_place(value, place))
-        except (LookupError, AttributeError, TypeError, ValueError) as error:
+        except (LookupError, AttributeError, TypeError, ValueError, OverflowError) as error:
             fault = f"no number at {place or 'a value'} of {signal.ports[0]}; expected one"
             raise ConfigError.of_one(str(path), fault) from error
         total += weight * found
