@@ -661,3 +661,11 @@ def test_an_instant_of_the_space_comes_back_from_its_row_exactly() -> None:
     assert all(
         round(at / SECOND * SECOND) == at for at in (1, 590_592, 9_999_999_999, 59_123_456_789)
     )
+
+
+def test_a_folder_of_findings_that_cannot_be_made_is_refused_before_any_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr("firmware_runtime.lab.campaign.campaigning.space_of")
+    with pytest.raises(ConfigError, match="--findings"):  # root may write to /proc, and cannot
+        campaign("tachobot", for_s=1.0, runs=1, findings="/proc/found")

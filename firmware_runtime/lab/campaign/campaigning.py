@@ -28,6 +28,7 @@ from firmware_runtime.lab.campaign.findings import (
     findings_of,
     is_same,
     is_wrong,
+    make_folder,
 )
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
@@ -138,6 +139,8 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     ]
     if faults:
         raise ConfigError("campaign", faults)
+    if findings is not None:
+        make_folder(findings)
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
     if (by_itself := finding_without_faults(mission, findings)) is not None:

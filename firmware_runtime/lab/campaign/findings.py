@@ -254,7 +254,6 @@ def make_folder(folder: Path) -> None:
 
 def _with_test(finding: Finding, folder: Path, names: set[str | None]) -> Finding:
     """Write the test of a finding, under a name that is not among `names`."""
-    make_folder(folder)
     words = [Path(finding.mission.board).stem, finding.oracle, finding.model, finding.kind]
     name = re.sub(r"\W+", "_", "_".join(words).lower()).strip("_")
     test = folder / f"test_{name}.py"
