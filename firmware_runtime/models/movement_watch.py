@@ -4,7 +4,8 @@ What a chip was told it has taken, and all its registers read right: only the mo
 nothing came of it. Whatever is driven by more than friction holds gains speed, and whatever is
 braked loses it, so force times the time in which it does neither is small; the watch adds that up.
 A push adds speed at once, which is then braked; what gains it while it is braked is no push. Each
-further try would make that faster: after a second one in vain it is given up.
+further try would make that faster: braked in vain a second time, and never half as fast in between,
+it is given up.
 """
 
 import math
@@ -18,9 +19,6 @@ from firmware_runtime.models.motion import Applied, Motion
 
 PAUSE = 100 * MILLISECOND
 """Ns after which a command that was not renewed drives nothing any more."""
-
-BRAKED_IN_VAIN = 2
-"""Times, never half as fast in between, after which its rate is not believed."""
 
 
 class MovementWatchSettings(Struct, frozen=True, kw_only=True):
@@ -43,7 +41,8 @@ class MovementWatch(Atomic):
 
     waiting --command?, motion?, applied?--> waiting, or stuck (0) --moves! false, fault!--> resting
     resting (again) --moves! true--> waiting
-    BRAKED_IN_VAIN, stuck (0) --moves! false, fault!, contradiction!--> given up
+    waiting, braked in vain before --command?--> in vain (0) --moves! false, fault!,
+        contradiction!--> given up
 
     A command counts until the next one, PAUSE at most, and only while the actuator applies it.
     """
@@ -61,9 +60,8 @@ class MovementWatch(Atomic):
         self._driven_by = self._impulse = self._rate = 0.0
         self._fastest = settings.still
         """How fast it was against what drives it, since that has slowed it down."""
-        self._braked_in_vain = 0
         self._in_vain_at = 0.0
-        """The speed at which it last was."""
+        """The speed at which it was last braked in vain; 0 once it has been half as fast."""
         self._since_command = 0
 
     def initialize(self) -> None:
@@ -73,21 +71,21 @@ class MovementWatch(Atomic):
     def output(self) -> None:
         """Send that it does not move, or that it may be tried again."""
         self.moves.send(self.phase == "resting")
-        if self.phase == "stuck":
+        if self.phase != "resting":
             fault = self._without_effect()
             self.fault.send(fault)
-            if self._braked_in_vain == BRAKED_IN_VAIN:
+            if self.phase == "in vain":
                 self.contradiction.send(fault)
 
     def internal(self) -> None:
-        """Rest after it was stuck, and wait after that; for good, where it is braked in vain."""
-        if self.phase == "resting":
-            self._forget()
-            self.passivate("waiting")
-        elif self._braked_in_vain == BRAKED_IN_VAIN:
+        """Rest after it was stuck, and wait after that; for good, where it was braked in vain."""
+        if self.phase == "stuck":
+            self.hold_in("resting", self.settings.again)
+        elif self.phase == "in vain":
             self.passivate("given up")
         else:
-            self.hold_in("resting", self.settings.again)
+            self._forget()
+            self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:  # noqa: C901 -- in one frame: in every control tick
         """Take what came; add up with every command."""
@@ -103,7 +101,7 @@ class MovementWatch(Atomic):
             elif against < self._fastest - 2 * still:  # slower; or, from rest, as it is driven
                 self._impulse, self._fastest = 0.0, max(against, still)
                 if abs(self._rate) < self._in_vain_at / 2:
-                    self._braked_in_vain = 0
+                    self._in_vain_at = 0.0
         if self.phase != "waiting":
             self.continue_(elapsed)
         elif self.command:
@@ -115,7 +113,7 @@ class MovementWatch(Atomic):
                 self._impulse += math.copysign(more, self._driven_by)
             self._driven_by, self._since_command = self.command[-1], 0
             if abs(self._impulse) > self.settings.impulse:
-                self._note_it_is_stuck()
+                self._stop()
 
     # ---------------------------------------------------------------------------------------------
 
@@ -123,10 +121,12 @@ class MovementWatch(Atomic):
         self._driven_by = self._impulse = 0.0
         self._fastest = self.settings.still
 
-    def _note_it_is_stuck(self) -> None:
-        self._braked_in_vain += self._is_braked()
+    def _stop(self) -> None:
+        if not self._is_braked():
+            self.activate("stuck")
+            return
+        self.activate("in vain" if self._in_vain_at else "stuck")
         self._in_vain_at = self._fastest
-        self.activate("stuck")
 
     def _is_braked(self) -> bool:
         return self._fastest > self.settings.still
