@@ -7,12 +7,13 @@ without a new input, or without a measurement, has an empty cell there.
 """
 
 import csv
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 
 from firmware_runtime.board.experiments import Plant, Signal
 from firmware_runtime.board.registry import Board
@@ -24,6 +25,15 @@ from firmware_runtime.recording.blackbox.locations import find_recording, is_bla
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.typed_values import Sent, passed
+from firmware_runtime.statistics.json_values import NOT_JSON
+
+
+class _Traced(Struct):
+    """A line of a trace."""
+
+    t_ns: Annotated[int, Meta(lt=NEVER)]
+    port: str
+    value: Any
 
 
 def traced(path: Path) -> Iterator[Sent]:
@@ -31,18 +41,11 @@ def traced(path: Path) -> Iterator[Sent]:
     with path.open("rb") as file:
         for number, line in enumerate(file, 1):
             try:
-                yield _message_in(line)
-            except (ValueError, KeyError, TypeError, RecursionError) as error:
+                message = msgspec.json.decode(line, type=_Traced)
+            except NOT_JSON as error:
                 fault = f"line {number} is no message of a trace; expected t_ns, port and value"
                 raise ConfigError.of_one(str(path), fault) from error
-
-
-def _message_in(line: bytes) -> Sent:
-    message = json.loads(line)
-    at, port = message["t_ns"], message["port"]
-    if not (isinstance(at, int) and abs(at) < NEVER and isinstance(port, str)):
-        raise TypeError(at, port)
-    return Sent(at, port, message["value"])
+            yield Sent(message.t_ns, message.port, message.value)
 
 
 COLUMNS: Final = ("time_s", "input", "output")
