@@ -24,6 +24,7 @@ from msgspec import Struct
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ControlError
 from firmware_runtime.links.control import ask
+from tests.reliability.in_real_time import add_trials
 from tests.reliability.results import Result, ends_at
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.trials import TURNING, ready
@@ -98,10 +99,8 @@ class Trial(Struct, frozen=True):
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
-    parser.add_argument("--trials", type=int, default=1000, help="in all; default 1000")
-    parser.add_argument("--minutes", type=float, help="begin no other after so long")
+    add_trials(parser, 1000)
     parser.add_argument("--boards", nargs="+", choices=BOARDS, default=list(BOARDS))
-    parser.add_argument("--seed", type=int, default=1)
 
 
 def execute(arguments: argparse.Namespace) -> Result:
@@ -213,7 +212,7 @@ class _Trial:
 
     def _disarm(self) -> None:
         with suppress(ControlError, OSError):
-            ask(self._run.log.with_name(f"{self._run.robot}.stats"), "disarm")
+            ask(self._run.statistics, "disarm")
 
     def _outcome(self, at: int) -> str:
         """Wait until all is off and see whether it stays so; or the run bears it, and goes on."""

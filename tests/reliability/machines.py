@@ -16,14 +16,19 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from itertools import cycle, islice, product
+from contextlib import contextmanager, suppress
+from itertools import cycle, islice, product, takewhile
 from pathlib import Path
 from typing import Any, Final
 
-from msgspec import Struct
-
-from tests.reliability.in_real_time import Judged, rows_of, unaccounted
+from tests.reliability.in_real_time import (
+    Judged,
+    Trial,
+    add_trials,
+    goes_on,
+    result_of,
+    unaccounted,
+)
 from tests.reliability.results import Result, ends_at
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.trials import PATIENT
@@ -46,11 +51,9 @@ _LOOKED_AT_S: Final = 1.5
 _STEPS: Final = ("+1h", "-1h", "+400d", "-400d")
 
 
-class Trial(Struct, frozen=True, kw_only=True):
+class MachineTrial(Trial, frozen=True, kw_only=True):
     """One failure under one robot."""
 
-    board: str
-    failure: str
     at_s: float
     step: str
     """By how much the date steps."""
@@ -58,9 +61,7 @@ class Trial(Struct, frozen=True, kw_only=True):
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
-    parser.add_argument("--trials", type=int, default=90, help="runs in all; default 90")
-    parser.add_argument("--minutes", type=float, help="begin no other after so long")
-    parser.add_argument("--seed", type=int, default=1)
+    add_trials(parser, 90)
 
 
 def execute(arguments: argparse.Namespace) -> Result:
@@ -69,20 +70,9 @@ def execute(arguments: argparse.Namespace) -> Result:
     chance = random.Random(arguments.seed)  # noqa: S311 -- to be repeated
     can = [each for each in FAILURES if (why := why_not(each)) is None or _left_out(each, why)]
     trials = islice(trials_of(can, chance), arguments.trials if can else 0)
-    found = []
-    for trial in trials:
-        if time.monotonic() >= until:
-            break
-        found.append(judged(trial))
-        if found[-1].outcome == "wrong":
-            sys.stdout.write(f"{found[-1].what}\n")
-    wrong = [each.what for each in found if each.outcome == "wrong"]
-    return Result(
-        name="machines",
-        summary=f"{len(found)} runs on machines that fail in {len(can)} ways, {len(wrong)} wrong",
-        is_sound=not wrong and len(found) > 0,
-        figures={"rows": list(rows_of(found, FAILURES, tuple(BOARDS))), "wrong": wrong},
-    )
+    found = [judged(each) for each in takewhile(lambda _: time.monotonic() < until, trials)]
+    of = f"on machines that fail in {len(can)} ways"
+    return result_of("machines", of, found, FAILURES, tuple(BOARDS))
 
 
 def why_not(failure: str) -> str | None:
@@ -99,26 +89,26 @@ def _can_mount() -> bool:
     return tried.returncode == 0 and os.geteuid() == 0
 
 
-def trials_of(failures: Sequence[str], chance: random.Random) -> Iterator[Trial]:
+def trials_of(failures: Sequence[str], chance: random.Random) -> Iterator[MachineTrial]:
     """Yield trials without end, each failure on each board in turn."""
     for failure, board in cycle(product(failures, BOARDS)):
         at_s, step = chance.uniform(*_BEGINS_S), chance.choice(_STEPS)
-        yield Trial(board=board, failure=failure, at_s=at_s, step=step)
+        yield MachineTrial(board=board, befalls=failure, at_s=at_s, step=step)
 
 
-def judged(trial: Trial) -> Judged:
+def judged(trial: MachineTrial) -> Judged:
     """Make one, and judge it from outside."""
     with tempfile.TemporaryDirectory() as folder:
         state, outside = Path(folder, "state"), Path(folder, "outside")
         outside.mkdir()
-        with _disk(state, is_small=trial.failure == "the disk is full"):
+        with _disk(state, is_small=trial.befalls == "the disk is full"):
             date = outside / "date"
             date.write_text("+0")
             with guarded_run(
                 state,
                 robot=trial.board,
                 words=BOARDS[trial.board],
-                environment=_dated_by(date) if trial.failure == "the date steps" else {},
+                environment=_dated_by(date) if trial.befalls == "the date steps" else {},
                 seen_in=outside,
             ) as run:
                 return _judged(trial, run, state, date)
@@ -152,51 +142,38 @@ def _dated_by(file: Path) -> Mapping[str, str]:
     }
 
 
-def _judged(trial: Trial, run: GuardedRun, state: Path, date: Path) -> Judged:
-    _passes(run, trial.at_s)
+def _judged(trial: MachineTrial, run: GuardedRun, state: Path, date: Path) -> Judged:
+    goes_on(run.run, trial.at_s)
     said_before = len(run.errors())
-    if trial.failure == "the disk is full":
+    if trial.befalls == "the disk is full":
         _fill(state)
-    elif trial.failure == "the date steps":
+    elif trial.befalls == "the date steps":
         assert str(LIBRARY) in Path(f"/proc/{run.run.pid}/maps").read_text()
         date.write_text(trial.step)
     else:
         shutil.rmtree(state)
-    _passes(run, _LOOKED_AT_S)
-    went_on = run.run.poll() is None and not run.is_off
+    went_on = goes_on(run.run, _LOOKED_AT_S) and not run.is_off
     run.run.send_signal(signal.SIGTERM)
     try:
         out, _ = run.run.communicate(timeout=PATIENCE_S)
     except subprocess.TimeoutExpired:
-        return _found(trial, "wrong", f"{trial}: it does not end")
+        return Judged(trial=trial, outcome="wrong", what="it does not end")
     said = run.errors()[said_before:]
     wrong = [*_wrong(trial, run, out, said, went_on=went_on)]
-    if wrong:
-        return _found(trial, "wrong", f"{trial}: {'; '.join(wrong)}")
-    return _found(trial, "well" if went_on else "ended", said.strip())
-
-
-def _found(trial: Trial, outcome: str, what: str) -> Judged:
-    return Judged(board=trial.board, befell=trial.failure, outcome=outcome, what=what)
-
-
-def _passes(run: GuardedRun, for_s: float) -> None:
-    """Let so long pass, or the run end."""
-    until = time.monotonic() + for_s
-    wait_until(lambda: time.monotonic() >= until or run.run.poll() is not None, "time passes")
+    outcome = "wrong" if wrong else "well" if went_on else "ended"
+    return Judged(trial=trial, outcome=outcome, what="; ".join(wrong) or said.strip())
 
 
 def _fill(state: Path) -> None:
     """Leave no byte free."""
-    with (state / "filling").open("wb", buffering=0) as file:
-        try:
-            while True:
-                file.write(bytes(1 << 16))
-        except OSError:
-            return
+    with (state / "filling").open("wb", buffering=0) as file, suppress(OSError):
+        while True:
+            file.write(bytes(1 << 16))
 
 
-def _wrong(trial: Trial, run: GuardedRun, out: str, said: str, *, went_on: bool) -> Iterator[str]:
+def _wrong(
+    trial: MachineTrial, run: GuardedRun, out: str, said: str, *, went_on: bool
+) -> Iterator[str]:
     """Yield what should not be."""
     wait_until(lambda: run.is_off, "the outputs are off", run.errors)
     if "Traceback" in said:
@@ -211,9 +188,9 @@ def _wrong(trial: Trial, run: GuardedRun, out: str, said: str, *, went_on: bool)
     is_told = bool(document["statistics"]["faults"]) or document["ended"]["reason"] != "SIGTERM"
     if not went_on and not is_told:
         yield "its outputs went off, and nothing was said"
-    if not went_on and trial.failure == "the date steps":
+    if not went_on and trial.befalls == "the date steps":
         yield f"the date stepped by {trial.step}, and its outputs went off"
-    if trial.failure == "its directory is gone" and "is gone" not in _said_by_guard(run):
+    if trial.befalls == "its directory is gone" and "is gone" not in _said_by_guard(run):
         yield "its directory is gone, and its guard does not say so"
 
 

@@ -22,9 +22,14 @@ from itertools import cycle, islice, product
 from pathlib import Path
 from typing import Any, Final
 
-from msgspec import Struct
-
-from tests.reliability.in_real_time import Judged, rows_of, unaccounted
+from tests.reliability.in_real_time import (
+    Judged,
+    Trial,
+    add_trials,
+    goes_on,
+    result_of,
+    unaccounted,
+)
 from tests.reliability.results import ROOT, Result, ends_at
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -50,11 +55,9 @@ _BEGINS_S: Final = (0.5, 3.0)
 _LONGEST_S: Final = 1.5
 
 
-class Trial(Struct, frozen=True, kw_only=True):
-    """One run over one path."""
+class PathTrial(Trial, frozen=True, kw_only=True):
+    """One run over one path, which is what befalls it."""
 
-    board: str
-    path: str
     at_s: float
     for_s: float
     """How long it stands still."""
@@ -63,9 +66,7 @@ class Trial(Struct, frozen=True, kw_only=True):
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
-    parser.add_argument("--trials", type=int, default=210, help="runs in all; default 210")
-    parser.add_argument("--minutes", type=float, help="begin no other after so long")
-    parser.add_argument("--seed", type=int, default=1)
+    add_trials(parser, 210)
     parser.add_argument("--at-once", type=int, default=3, help="runs beside one another; default 3")
 
 
@@ -76,29 +77,23 @@ def execute(arguments: argparse.Namespace) -> Result:
     trials = list(islice(trials_of(chance), arguments.trials))
     with ThreadPoolExecutor(arguments.at_once) as pool:
         found = [each for each in pool.map(lambda one: judged(one, until), trials) if each]
-    wrong = [each.what for each in found if each.outcome == "wrong"]
-    for each in wrong:
-        sys.stdout.write(f"{each}\n")
-    return Result(
-        name="networks",
-        summary=f"{len(found)} runs over {len(PATHS)} paths that fail, {len(wrong)} wrong",
-        is_sound=not wrong and len(found) > 0,
-        figures={"rows": list(rows_of(found, tuple(PATHS), tuple(BOARDS))), "wrong": wrong},
-    )
+    of = f"over {len(PATHS)} paths that fail"
+    return result_of("networks", of, found, tuple(PATHS), tuple(BOARDS))
 
 
-def trials_of(chance: random.Random) -> Iterator[Trial]:
+def trials_of(chance: random.Random) -> Iterator[PathTrial]:
     """Yield trials without end, each board over each path in turn."""
     for path, board in cycle(product(PATHS, BOARDS)):
         at_s, for_s = chance.uniform(*_BEGINS_S), chance.uniform(0.05, _LONGEST_S)
-        yield Trial(board=board, path=path, at_s=at_s, for_s=for_s, seed=chance.randrange(1 << 32))
+        seed = chance.randrange(1 << 32)
+        yield PathTrial(board=board, befalls=path, at_s=at_s, for_s=for_s, seed=seed)
 
 
-def judged(trial: Trial, until: float = math.inf) -> Judged | None:
+def judged(trial: PathTrial, until: float = math.inf) -> Judged | None:
     """Run one, and judge it from outside; None if it is too late to begin."""
     if time.monotonic() >= until:
         return None
-    how = f"{PATHS[trial.path]},seed={trial.seed}"
+    how = f"{PATHS[trial.befalls]},seed={trial.seed}"
     words = ("run", trial.board, "--stage", "remote", "--impair", how, "--for", str(FOR_S))
     with subprocess.Popen(
         [sys.executable, "-m", "firmware_runtime.cli", *words, "--json"],
@@ -108,41 +103,28 @@ def judged(trial: Trial, until: float = math.inf) -> Judged | None:
         text=True,
     ) as run:
         wait_until(lambda: run.poll() is not None or bool(_paths_of(run.pid)), "the path is there")
-        if _goes_on(run, trial.at_s):
+        if goes_on(run, trial.at_s):
             _disturb(trial, run)
         try:
             out, err = run.communicate(timeout=2 * PATIENCE_S)
         except subprocess.TimeoutExpired:
             run.kill()
-            return _found(trial, "wrong", f"{trial}: it does not end")
+            return Judged(trial=trial, outcome="wrong", what="it does not end")
     found = [*_wrong(trial, run.returncode, out, err)]
     if found:
-        return _found(trial, "wrong", f"{trial}: {'; '.join(found)}")
+        return Judged(trial=trial, outcome="wrong", what="; ".join(found))
     reason = json.loads(out.splitlines()[-1])["ended"]["reason"]
-    return _found(trial, "ended" if run.returncode else "well", reason)
+    return Judged(trial=trial, outcome="ended" if run.returncode else "well", what=reason)
 
 
-def _found(trial: Trial, outcome: str, what: str) -> Judged:
-    return Judged(board=trial.board, befell=trial.path, outcome=outcome, what=what)
-
-
-def _goes_on(run: subprocess.Popen[str], for_s: float) -> bool:
-    """Wait for so long; return whether the run is still under way."""
-    try:
-        run.wait(for_s)
-    except subprocess.TimeoutExpired:
-        return True
-    return False
-
-
-def _disturb(trial: Trial, run: subprocess.Popen[str]) -> None:
+def _disturb(trial: PathTrial, run: subprocess.Popen[str]) -> None:
     """Let the path of this run stand still for a while, or cut it."""
-    if trial.path not in {"stands still", "is cut"}:
+    if trial.befalls not in {"stands still", "is cut"}:
         return
     for path in _paths_of(run.pid):
-        os.kill(path, signal.SIGKILL if trial.path == "is cut" else signal.SIGSTOP)
-        if trial.path == "stands still":
-            _goes_on(run, trial.for_s)
+        os.kill(path, signal.SIGKILL if trial.befalls == "is cut" else signal.SIGSTOP)
+        if trial.befalls == "stands still":
+            goes_on(run, trial.for_s)
             with suppress(ProcessLookupError):  # it may have ended with the run
                 os.kill(path, signal.SIGCONT)
 
@@ -175,7 +157,7 @@ def _wrong(trial: Trial, status: int, out: str, err: str) -> Iterator[str]:
     for end in ends:
         yield from unaccounted(end["statistics"]["models"])
     if status == 0 and not any(map(_has_said, ends)):
-        if trial.path == "is cut":
+        if trial.befalls == "is cut":
             yield "its path was cut, and it says nothing of it"
         arrived = BOARDS[trial.board]
         if arrived is not None and not document["result"][arrived]:

@@ -100,7 +100,7 @@ def test_outputs_are_off_after_a_death_in_a_phase(
 @pytest.mark.real_time
 @pytest.mark.parametrize("path", ["stands still", "is cut"])
 def test_a_network_that_fails_leaves_a_robot_well_or_off_and_said(path: str) -> None:
-    trial = networks.Trial(board="tachobot", path=path, at_s=2.2, for_s=0.45, seed=1)
+    trial = networks.PathTrial(board="tachobot", befalls=path, at_s=2.2, for_s=0.45, seed=1)
     found = networks.judged(trial)
     assert found is not None
     assert found.outcome in {"well", "ended"}, found.what
@@ -112,7 +112,7 @@ def test_a_network_that_fails_leaves_a_robot_well_or_off_and_said(path: str) -> 
 def test_a_machine_that_fails_leaves_a_robot_well_or_off_and_said(failure: str) -> None:
     if (why := machines.why_not(failure)) is not None:
         pytest.skip(why)
-    trial = machines.Trial(board="tachobot", failure=failure, at_s=0.5, step="-400d")
+    trial = machines.MachineTrial(board="tachobot", befalls=failure, at_s=0.5, step="-400d")
     found = machines.judged(trial)
     assert found.outcome in {"well", "ended"}, found.what
 

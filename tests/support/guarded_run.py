@@ -35,8 +35,9 @@ class GuardedRun:
 
     def __init__(self, directory: Path, robot: str, seen_in: Path | None = None) -> None:
         self.robot = robot
-        self._directory, seen_in = directory, seen_in or directory
+        seen_in = seen_in or directory
         self.socket, self.log = directory / "doubles.socket", seen_in / "doubles.log"
+        self.statistics = directory / f"{robot}.stats"
         self.environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(directory)}
         self.run: subprocess.Popen[str]
         self.guard: subprocess.Popen[str] | None = None
@@ -183,7 +184,7 @@ class GuardedRun:
         wait_until(lambda: not self.is_off, "the motors are driven again", self.errors)
 
     def _arms(self) -> bool:
-        answer = ask(self._directory.joinpath(f"{self.robot}.stats"), "arm")
+        answer = ask(self.statistics, "arm")
         return bool(answer.get("armed"))
 
     def safe_state(self, reason: str) -> str:
@@ -195,13 +196,12 @@ class GuardedRun:
 
     def takeovers(self) -> list[dict[str, Any]]:
         """What the guard noted."""
-        path = self._directory.joinpath(f"{self.robot}.guard")
+        path = self.statistics.with_suffix(".guard")
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
     def steps(self) -> int:
         """How many steps the run has made."""
-        path = self._directory.joinpath(f"{self.robot}.stats")
-        steps: int = read_statistics(path).cells[STEPS]
+        steps: int = read_statistics(self.statistics).cells[STEPS]
         return steps
 
     def fault_ends_at(self) -> int:

@@ -96,7 +96,7 @@ def _drives(run: GuardedRun, keep_others: Callable[[], None]) -> bool:
         run.start_instead(*arguments, program=program)  # a `disarm` of before may be waiting for it
     elif run.is_off:
         with suppress(ControlError):  # it has just ended
-            ask(run.log.with_name(f"{run.robot}.stats"), "arm")
+            ask(run.statistics, "arm")
     return not run.is_off
 
 
