@@ -334,6 +334,6 @@ def _why_no_file(path: str) -> str:
         return "no such file"
     except OSError as error:
         return f"cannot be found ({error.strerror})"
-    except ValueError as error:
-        return f"no name of a file ({error})"
+    except ValueError:
+        return "no name of a file (it holds a null byte, or half a character)"
     return "no regular file"
