@@ -53,6 +53,12 @@ class ModelFigures(Activations, frozen=True):
     """Own time by the time of the run."""
 
     @property
+    def unaccounted(self) -> int:
+        """Activations that were scheduled and are neither run nor left out nor waiting."""
+        left = self.scheduled - self.run - self.skipped - self.coalesced
+        return 0 if left == self.waiting else left
+
+    @property
     def keeps_period(self) -> bool:
         """True if its behaviour agrees with the period it states.
 

@@ -318,7 +318,7 @@ class Judge:
         if self._watched.asked.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in figures.models.items():
-            if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:
+            if each.unaccounted:
                 return "account", f"{path}: {each.scheduled} scheduled, not all accounted for"
         return self._not_finite()
 
