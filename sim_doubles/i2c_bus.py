@@ -14,7 +14,7 @@ controllers; lost arbitration can only be injected (`sim_doubles.faults`).
 import errno
 import threading
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -195,13 +195,12 @@ class I2cBusDouble(Wire, I2cBus):
         """The instant at which a fault made by `strike` first showed; None before."""
         return self._strikes().struck_at
 
-    def uses(self) -> "Collection[Use]":
-        """Return the transactions of the log."""
+    def uses(self) -> Iterator["Use"]:
+        """Yield the transactions of the log, the newest first."""
         from firmware_runtime.hal.strike import Use  # noqa: PLC0415 -- as faults
 
-        return [
-            Use(each.at, each.address, each.to_read > 0, bool(each.written)) for each in self.log
-        ]
+        for each in reversed(self.log):
+            yield Use(each.at, each.address, each.to_read > 0, bool(each.written))
 
     def strike(self, kind: str, address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""

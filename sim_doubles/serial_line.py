@@ -12,7 +12,7 @@ A target is a device at the other end, as the line sees it: bytes in, bytes out.
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from operator import itemgetter
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -130,11 +130,12 @@ class SerialLineDouble(SerialPort):
 
     # Faults by kind
 
-    def uses(self) -> "Collection[Use]":
-        """Return the writes and the reads of the log."""
+    def uses(self) -> Iterator["Use"]:
+        """Yield the writes and the reads of the log, the newest first."""
         from firmware_runtime.hal.strike import Use  # noqa: PLC0415 -- of a line that is broken
 
-        return [Use(each.at, None, not each.written, each.written) for each in self.log]
+        for each in reversed(self.log):
+            yield Use(each.at, None, not each.written, each.written)
 
     def fitting(self, _address: int | None) -> Collection[str]:
         """Return the kinds of faults that it knows."""

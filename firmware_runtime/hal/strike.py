@@ -10,7 +10,7 @@ by the names of a board.
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from msgspec import Struct
@@ -271,8 +271,8 @@ class Breakable(Protocol):
     def struck_at(self) -> int | None:
         """The instant at which a fault made by `strike` first showed on it, ns; None before."""
 
-    def uses(self) -> Collection[Use]:
-        """Return the last uses of it, the oldest first; how many is up to the line."""
+    def uses(self) -> Iterator[Use]:
+        """Yield the last uses of it, the newest first; how many is up to the line."""
 
     def fitting(self, address: int | None) -> Collection[str]:
         """Return the kinds that fit the chip with this address; None is any on the line."""

@@ -8,6 +8,7 @@ any instant: a whole range away.
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import takewhile
 from typing import Final, TypeVar
 
 from msgspec import Struct
@@ -207,9 +208,9 @@ class _Run:
         """Take down the uses since the last time."""
         for name, line in watched.lines.items():
             since = self._noted.get(name, -1)
-            fresh = [use for use in line.uses() if use.at > since]
-            self.uses += [UseOfLine(name, use, before) for use in fresh]
-            self._noted[name] = max([since, *(use.at for use in fresh)])
+            fresh = [*takewhile(lambda use: use.at > since, line.uses())]  # noqa: B023 -- now
+            self.uses += [UseOfLine(name, use, before) for use in reversed(fresh)]
+            self._noted[name] = fresh[0].at if fresh else since
 
 
 def _least(runs: Sequence[_Run]) -> dict[str, int]:

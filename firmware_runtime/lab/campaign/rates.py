@@ -111,7 +111,9 @@ def _devices(places: Iterable[Place]) -> Iterator[Place]:
 
 def _counted(line: Breakable, at: int) -> Counter[int | None] | None:
     """Count the uses in the span by address; None where the line does not remember all of it."""
-    uses, since = line.uses(), at - SPAN
-    if any(use.at <= since for use in uses):
-        return Counter(use.address for use in uses if since < use.at <= at)
+    count: Counter[int | None] = Counter()
+    for use in line.uses():
+        if use.at <= at - SPAN:
+            return count
+        count[use.address] += use.at <= at
     return None
