@@ -41,7 +41,7 @@ _DEEP = "[" * 3000
 """Deeper than a parser that calls itself can go."""
 _TEXTS: Final = {
     "assignments": ["world.seed=3", f"a={_DEEP}"],
-    "--set": ["world.seed=3", "imu.mounting='x y z'", "controller.yaw.kp=0.5", "a.b=[1, 2]"],
+    "overrides": ["world.seed=3", "imu.mounting='x y z'", "controller.yaw.kp=0.5", "a.b=[1, 2]"],
     "mountings": ["x y z", "+x -y -z", "y,-x,z"],
     "fault scripts": ["2.0:freeze:imu:1.0", "1:push=0.4", "0:nack:i2c1@0x68"],
     "distributions": ["uniform(2, 4)", "normal(0, 1)", "range(0, 1, 0.1)", f"choice({_DEEP})"],

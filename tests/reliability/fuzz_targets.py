@@ -128,6 +128,11 @@ def _table(path: Path) -> None:
     summary_of_sweep(table, "x.csv")
 
 
+def _series(folder: Path, stack: ExitStack) -> One:
+    board = registry.load("tachobot")
+    return _of_file("x.csv", lambda path: read_series(str(path), board))(folder, stack)
+
+
 def _statistics(folder: Path, _stack: ExitStack) -> One:
     """A whole file in which some words are otherwise: each a place of three bytes, and eight."""
     path = folder / "x.stats"
@@ -277,7 +282,7 @@ def _maxbotix(content: bytes) -> None:
 TARGETS: Final[Mapping[str, Target]] = {
     "board.toml": Target(_of_file("board.toml", lambda path: registry.load(str(path)))),
     "assignments": Target(_of_text(assigned), ()),
-    "--set": Target(_of_text(lambda text: registry.load("tachobot", [text]))),
+    "overrides": Target(_of_text(lambda text: registry.load("tachobot", [text]))),
     "kept settings": Target(_of_file("tachobot.settings", load_table)),
     "register tables": Target(_of_file("x.toml", register_file.load_table)),
     "mountings": Target(_of_text(parse_mounting), (ValueError,)),
@@ -290,9 +295,7 @@ TARGETS: Final[Mapping[str, Target]] = {
     "trajectories": Target(_of_file("path.csv", path_of_file), (ValueError,)),
     "tables": Target(_of_file("x.csv", _table)),
     "campaign tables": Target(_of_file("x.csv", _campaign_table)),
-    "series": Target(
-        _of_file("x.csv", lambda path: read_series(str(path), registry.load("tachobot")))
-    ),
+    "series": Target(_series),
     "findings of campaigns": Target(
         _of_file("findings.json", lambda path: read_findings(path.parent))
     ),
