@@ -53,12 +53,13 @@ def phases(folder: Path = KEPT) -> list[str]:
 def _where(kept: Kept) -> str:
     found = kept.conditions
     took = f"{kept.took_s / 60:.0f} min" if kept.took_s >= 90 else f"{kept.took_s:.0f} s"
-    said = "Summed up" if kept.result.is_read else "Measured"
-    return (
-        f"{kept.result.summary[0].upper()}{kept.result.summary[1:]}. {said} on {kept.day} at "
-        f"{kept.commit}, in {took}, on a PC (virtual machine, {found['cpu']}, {found['cpu_count']} "
-        f"processors, {found['python']}, load {kept.load:g})."
-    )
+    on = f"virtual machine, {found['cpu']}, {found['cpu_count']} processors, {found['python']}"
+    if kept.result.is_read:
+        when = f"Summed up on {kept.day} at {kept.commit}; measured on a PC ({on})"
+    else:
+        when = f"Measured on {kept.day} at {kept.commit}, in {took}, on a PC ({on}"
+        when += f", load {kept.load:g})"
+    return f"{kept.result.summary[0].upper()}{kept.result.summary[1:]}. {when}."
 
 
 def _campaigns(kept: Kept) -> Iterator[str]:

@@ -70,7 +70,9 @@ def execute(arguments: argparse.Namespace) -> Result:
         found.append(each)
     figures = _figures(found)
     kept = read_kept("fuzzing") if arguments.add else None
-    return _result_of(figures if kept is None else added(kept.result.figures, figures))
+    if kept is None:
+        return _result_of(figures)
+    return _result_of(added(kept.result.figures, figures), is_read=True)
 
 
 def _figures(found: Sequence[Fuzzed]) -> Figures:
@@ -92,7 +94,7 @@ def added(earlier: Figures, figures: Figures) -> Figures:
     return {name: {**before[name], **figures[name]} for name in figures}
 
 
-def _result_of(figures: Figures) -> Result:
+def _result_of(figures: Figures, *, is_read: bool = False) -> Result:
     """Return the result of all targets in these figures."""
     inputs, wrong = sum(figures["targets"].values()), len(figures["findings"])
     tried = f"{len(figures['targets'])} of {len(TARGETS)} targets"
@@ -101,6 +103,7 @@ def _result_of(figures: Figures) -> Result:
         summary=f"{tried}, {inputs:,} inputs, {wrong} findings",
         is_sound=not wrong,
         figures={"inputs": inputs, **figures},
+        is_read=is_read,
     )
 
 

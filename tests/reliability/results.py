@@ -26,7 +26,7 @@ class Result(Struct, frozen=True, kw_only=True):
     is_sound: bool
     figures: Mapping[str, Any]
     is_read: bool = False
-    """Whether it was read from what was measured before: how long that took is not known."""
+    """Whether it was read from what was measured before, or partly: how long it took is unknown."""
 
 
 class Kept(Struct, frozen=True, kw_only=True):
