@@ -35,10 +35,13 @@ def link(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_path: Path) -> None:
     with linked(tmp_path, "tachobot", link) as runs:
-        controller = runs.controller()
-        controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
-        robot = runs.robot("--for", "6")
-        ended, other = robot.report(), controller.report()
+        for for_s in ("6", "60"):  # on a busy machine silences may have disarmed it meanwhile
+            controller = runs.controller()
+            controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
+            robot = runs.robot("--for", for_s)
+            ended, other = robot.report(), controller.report()
+            if ended["result"]["settled"]:
+                break
     assert ended["status"] == other["status"] == 0
     assert ended["result"]["settled"] is True
     assert ended["outputs_on"] == {"thrust_pairs": 0}
