@@ -40,8 +40,8 @@ class Motors(Actuator):
     The other phases are those of `Actuator`. A refusal forgets the command, and so do
     FAULTS_BEFORE_FORGETTING faults in a row. Once a command has failed, faults are in a row until
     the chip has taken two commands one after the other. A command that comes while the chip is not
-    up, not stopped yet, or while the interlock disables outputs, is kept; one that is none is
-    reported meanwhile.
+    up, not stopped yet, or while the interlock disables outputs, is kept, and not obeyed once it is
+    older than command_timeout; one that is none is reported meanwhile.
     """
 
     def __init__(  # noqa: PLR0913 -- chip and line, then how it is driven
@@ -62,6 +62,7 @@ class Motors(Actuator):
         self._has_command = False
         self._refusal: NotReady | None = None
         self._since_command = 0
+        """Ns since the newest command came, whatever was done with it."""
         self._since_refresh = 0
         self._is_repeated = False
         self._has_taken_command = False
@@ -105,6 +106,11 @@ class Motors(Actuator):
             self.forget_command()
         super().begin()
 
+    def internal(self) -> None:
+        """Go on, with a command that is older now."""
+        self._since_command += self.sigma
+        super().internal()
+
     def external(self, elapsed: int) -> None:
         """Take the command; it is written next, unless the chip is not up or not stopped."""
         try:
@@ -112,6 +118,7 @@ class Motors(Actuator):
         except NotReady as error:
             self._refusal = error
         self._has_command = True
+        self._since_command = 0
         self._is_repeated = False
         if self.phase in {"still", "driving"}:
             self.activate("obeying")
@@ -168,22 +175,19 @@ class Motors(Actuator):
     # ---------------------------------------------------------------------------------------------
 
     def _obey(self) -> None:
-        self._has_command = False
-        if not self._is_repeated:
-            self._since_command = 0
+        self._has_command = self._is_repeated = False
         self._since_refresh = 0
-        self._is_repeated = False
-        if self._refusal is None:
-            self.write_and_report()
-        else:
+        if self._refusal is not None:
             self._refuse(self._refusal)
+        elif self._is_too_old():
+            self._refuse(self._too_old())
+        else:
+            self.write_and_report()
 
     def _refresh(self) -> None:
-        self._since_command += self.sigma
         self._since_refresh += self.sigma
-        if self._since_command >= self.command_timeout:
-            seconds = self.command_timeout / SECOND
-            self._refuse(NotReady(f"no command for {seconds:g} s; stopped", where=self.path))
+        if self._is_too_old():
+            self._refuse(self._too_old())
         elif self._since_refresh >= self.refresh:
             self.write_and_report()
         else:
@@ -203,6 +207,13 @@ class Motors(Actuator):
             self._faults_in_a_row = 0
         self._has_taken_command = True
         self.activate("reporting")
+
+    def _is_too_old(self) -> bool:
+        return self.is_moving() and self._since_command >= self.command_timeout
+
+    def _too_old(self) -> NotReady:
+        seconds = self.command_timeout / SECOND
+        return NotReady(f"no command for {seconds:g} s; stopped", where=self.path)
 
     def _refuse(self, error: HalError) -> None:
         self._forget(error)

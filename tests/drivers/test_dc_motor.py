@@ -86,6 +86,36 @@ def test_a_motor_that_is_commanded_no_more_is_stopped_after_the_timeout() -> Non
     assert bench.reasons == "motor: no command for 0.5 s; stopped"
 
 
+@sentences(
+    {
+        "one kept while outputs are disabled is obeyed if it is young enough": (
+            "switch; 100 drive=0.25; 560; switch; 590; turns is ahead 0.25; 600; turns is off; "
+            "reasons is motor: no command for 0.5 s; stopped"
+        ),
+        "an older one is not": (
+            "switch; 100 drive=0.25; 3000; switch; 3100; turns is off; 5000; turns is off; "
+            "reasons is motor: no command for 0.5 s; stopped"
+        ),
+        "nor one before outputs were disabled": (
+            f"{AHEAD}; switch; 3000; turns is off; switch; 3100; turns is off; 5000; turns is off; "
+            "reasons is motor: no command for 0.5 s; stopped"
+        ),
+        "one that says to stand is never too old": (
+            "switch; 100 drive=0.0; 3000; switch; 3100; turns is brake; reasons is ()"
+        ),
+        "a newer one is obeyed": (
+            "switch; 100 drive=0.25; 3000 drive=0.5; switch; 3100; turns is ahead 0.5; "
+            "reasons is ()"
+        ),
+    }
+)
+def test_a_command_is_no_younger_for_having_waited(lines: str) -> None:
+    bench = Bench(timeout=SECOND // 2)
+    played, _, reasons = lines.partition("; reasons is ")
+    bench.play(played)
+    assert bench.reasons == reasons.replace("()", "")
+
+
 def test_the_end_leaves_its_outputs_off_and_the_others_as_they_are(bench: Bench) -> None:
     bench.play(AHEAD)
     assert isinstance(bench.actuator, DcMotor)

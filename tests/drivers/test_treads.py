@@ -218,7 +218,7 @@ def test_treads_that_stand_apply_all_of_it_after_speeds_that_were_too_high(
     driver.drives = [REPORT]
     bench.put(50, speeds=TreadSpeeds(1.5, 0.5))
     bench.run(3000)
-    assert bench.said["applied"][-2:] == [(560, Applied.NOTHING), (760, Applied.ALL)]
+    assert bench.said["applied"][-2:] == [(550, Applied.NOTHING), (750, Applied.ALL)]
 
 
 def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
