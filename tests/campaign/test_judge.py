@@ -12,6 +12,7 @@ from firmware_drivers import hardware
 from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.hardware import HardwareModel
 from firmware_drivers.imu import Imu
 from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
@@ -19,7 +20,7 @@ from firmware_drivers.thrust_pairs import ThrustPairs
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
-from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.healthy import healthy
@@ -197,6 +198,50 @@ def test_a_device_that_fails_and_is_not_named_is_found(
     monkeypatch.setattr(Imu, "note", note)
     with pytest.raises(AssertionError, match="late of imu: imu fails at each use, and only others"):
         assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_robot_that_is_off_while_a_device_fails_need_not_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def note(_model: Imu, _error: object) -> None:
+        """Swallow it."""
+
+    monkeypatch.setattr(Imu, "note", note)
+    monkeypatch.setattr(ThrustPairs, "drive_on", ThrustPairs.stop)
+    assert_sound("tachobot", [Strike("nack", "imu", at_s=7.0, for_s=0.5)], for_s=7.5)
+
+
+def test_of_two_faults_each_has_its_own_time_to_be_reported() -> None:
+    once, later = (
+        Strike("nack", "imu", at_s=1.0, for_s=0.0),
+        Strike("nack", "imu", at_s=1.9, for_s=1.0),
+    )
+    assert_sound("tachobot", [once, later], for_s=3.0)
+
+
+def test_a_device_is_named_by_a_sentence_and_by_whole_words_within_the_stated_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=1.2)
+
+    def note(_model: Imu, _error: object) -> None:
+        """Swallow it."""
+
+    monkeypatch.setattr(Imu, "note", note)
+    monkeypatch.setattr(TachobotRig, "off_within_s", {})
+    for reason, is_named in (("no forces by the imu", True), ("no forces, minimum", False)):
+
+        def drive_on(model: ThrustPairs, reason: str = reason) -> None:
+            HardwareModel.note(model, NotReady(reason, where="thrust"))
+            model.stop()
+
+        monkeypatch.setattr(ThrustPairs, "drive_on", drive_on)
+        healthy.cache_clear()
+        if is_named:
+            assert_sound("tachobot", [silence], for_s=1.5)
+        else:
+            with pytest.raises(AssertionError, match="late of imu: imu fails at each use"):
+                assert_sound("tachobot", [silence], for_s=1.5)
 
 
 def test_values_that_are_sent_on_though_the_device_has_failed_are_found(

@@ -15,7 +15,7 @@ _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "faul
 class Cause:
     """One fault, or two of a pair; `driving` has what drives, and its lines, by name."""
 
-    def __init__(self, strikes: Sequence[Strike], driving: Collection[str], within: int) -> None:
+    def __init__(self, strikes: Sequence[Strike], driving: Collection[str]) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
         self.device = next((each.device for each in strikes if each.device), "world")
         self.at = min(each.at for each in strikes)
@@ -28,9 +28,6 @@ class Cause:
         self.is_disarmed = all(kind.name == "disarm" for kind in kinds)
         self.is_failure = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
         """Whether a robot that is all right stays where healthy ones are."""
-        self.fails_for_long = any(
-            kind.fails and each.span > within for kind, each in zip(kinds, strikes, strict=True)
-        )
         self.failing = [
             (each.device, each.at, end_of(each.at, each.span))
             for kind, each in zip(kinds, strikes, strict=True)

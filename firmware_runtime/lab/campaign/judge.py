@@ -59,7 +59,7 @@ class Judge:
         watched, healthy = self._watched, self._healthy
         driving = {*watched.lines, *watched.asked.outputs}
         self._strikes = strikes
-        self._cause = Cause(strikes, driving, healthy.within)
+        self._cause = Cause(strikes, driving)
         self._recovery = Recovery(watched, healthy, self._cause)
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
@@ -208,20 +208,25 @@ class Judge:
         return None
 
     def _late(self, look: Look) -> tuple[str, str] | None:
-        """A device that fails for good, nothing of which is said in time."""
+        """A device that fails, nothing of which is said in time, and the robot is driven."""
         within = self._healthy.within
-        if not (self._cause.fails_for_long and self._said is None and look.is_on):
+        if self._said is not None or self._struck_at is None or not look.is_on:
             return None
-        if self._struck_at is None or min(look.at, self._cause.end) - self._struck_at <= within:
-            return None
-        return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
+        for _, at, end in self._cause.failing:
+            if look.at <= end and look.at - max(at, self._struck_at) > within:
+                return (
+                    "late",
+                    f"nothing was reported within {within / SECOND:g} s, and outputs are on",
+                )
+        return None
 
     def _unnamed(self, look: Look) -> tuple[str, str] | None:
-        """A device that fails for good, of which no report says that it does."""
+        """A device that fails, of which no report says in time that it does."""
+        named_within = max(_NAMED, self._healthy.within)
         if self._said is None or self._struck_at is None:
             return None
         for device, at, end in self._cause.failing:
-            if min(look.at, end) - max(at, self._struck_at) <= _NAMED:
+            if min(look.at, end) - max(at, self._struck_at) <= named_within:
                 continue
             places = (place for place in self._healthy.places if place.name == device)
             if not all(self._watched.has_named(place, at) for place in places):

@@ -4,6 +4,7 @@ Nothing of what the robot says of itself is in a look. Faults that its models re
 its ports that are not finite, are kept beside the looks.
 """
 
+import re
 from collections import deque
 from collections.abc import Collection
 from functools import partial
@@ -165,11 +166,12 @@ class Watched:
     def has_named(self, place: Place, since: int) -> bool:
         """Return whether a fault that was reported since then is of a device, or a line, or on it.
 
-        Its model has the same name, or the sentence has its address, or the name of its line.
+        Its model has the same name, or the sentence has its name, its address, or that of its line.
         """
         mark = place.line if place.address is None else f"0x{place.address:02x}"
+        name = re.compile(rf"\b{re.escape(place.name)}\b")
         return any(
-            place.name in each.path or mark in each.sentence
+            place.name in each.path or mark in each.sentence or name.search(each.sentence)
             for each in self.session.executive.faults.counted
             if each.last_at >= since
         )
