@@ -120,6 +120,12 @@ class MotorPair:
         first, second = self.units(at)
         return first / self._full_scale, second / self._full_scale
 
+    def driven(self, at: int) -> tuple[bool, bool]:
+        """Return which motors are driven at an instant: one that runs down its ramp is not."""
+        first, second = self._ramps
+        is_fed = at < self._stops_at
+        return is_fed and first.target != 0, is_fed and second.target != 0
+
     def turned_rad(self, at: int) -> tuple[float, float]:
         """Return how far the motors have turned since they were made: the exact integral."""
         self._check(at)
@@ -233,6 +239,10 @@ class MotorDriverDouble:
     def speeds_rad_s(self) -> tuple[float, float]:
         """Return the speeds of motors 1 and 2 now."""
         return self.motors.speeds_rad_s(self._now())
+
+    def outputs_on(self, at: int) -> int:
+        """Return how many motors are driven at an instant: one that runs down its ramp is not."""
+        return sum(self.motors.driven(at))
 
     def levels(self, at: int) -> dict[str, float]:
         """Return the speeds of motors 1 and 2 at an instant, rad/s."""

@@ -1,6 +1,7 @@
 """Base of rigs: buses and ports of doubles, the enable line, the state of outputs."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 
 from firmware_runtime.board import rigs
@@ -44,6 +45,14 @@ class Driving(Protocol):
 
     def next_change_at(self, at: int) -> int:
         """Return the first instant after `at` at which an output changes by itself; else NEVER."""
+
+
+@runtime_checkable
+class RunningDown(Protocol):
+    """A double whose outputs are not at rest as soon as they are off, such as motors on a ramp."""
+
+    def outputs_on(self, at: int) -> int:
+        """Return how many of its outputs are driven at an instant."""
 
 
 @runtime_checkable
@@ -114,6 +123,8 @@ class BoardRig:
         self.ports: dict[str, SerialPort] = {}
         self.enable = None if output_enable is None else EnableLineDouble("output_enable")
         self._driving: dict[str, Driving] = {}
+        self._counts: dict[str, Callable[[int], int]] = {}
+        """How many of their outputs are on."""
         self._sampling: list[Sampling] = []
 
     def connect(self, bus: str, *targets: Target, name: str = "") -> None:
@@ -136,6 +147,10 @@ class BoardRig:
             self._sampling.append(part)
         if name and isinstance(part, Driving):
             self._driving[name] = part
+            if isinstance(part, RunningDown):
+                self._counts[name] = part.outputs_on
+            else:
+                self._counts[name] = partial(_not_zero, part)
 
     # What a rig does, where its board has nothing else to say
 
@@ -160,10 +175,7 @@ class BoardRig:
     def outputs(self) -> dict[str, int]:
         """Return the count of outputs of each driving chip that are on."""
         at = self.now()
-        return {
-            name: sum(level != 0 for level in part.levels(at).values())
-            for name, part in self._driving.items()
-        }
+        return {name: count(at) for name, count in self._counts.items()}
 
     def levels(self, at: int) -> dict[str, float]:
         """Return how each output stands at an instant, by chip and output: `servos.3`."""
@@ -176,3 +188,8 @@ class BoardRig:
     def next_change_at(self, at: int) -> int:
         """Return the first instant after `at` at which an output changes by itself."""
         return min((part.next_change_at(at) for part in self._driving.values()), default=NEVER)
+
+
+def _not_zero(part: Driving, at: int) -> int:
+    """Return how many outputs are not 0."""
+    return sum(level != 0 for level in part.levels(at).values())

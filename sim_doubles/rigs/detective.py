@@ -159,9 +159,8 @@ class DetectiveRig(BoardRig):
 
     @property
     def outputs(self) -> dict[str, int]:
-        """Return the count of the radar chip's outputs that are on, and of treads not stopping."""
-        in_a_while = self.motors.speeds_rad_s(self.now() + SECOND)
-        return {**super().outputs, "treads": sum(speed != 0 for speed in in_a_while)}
+        """Return how many outputs of the radar's chip are on, and how many treads are driven."""
+        return {**super().outputs, "treads": sum(self.motors.driven(self.now()))}
 
     def levels(self, at: int) -> dict[str, float]:
         """The duty of each output of the radar's chip, and how fast the motors turn, in rad/s."""

@@ -110,6 +110,8 @@ def test_with_the_second_choice_of_every_chip_it_finds_its_target_too(tmp_path: 
     result = virtual_detective(board=board).run_mission()
     assert result["found"] is True
     assert 0.05 < result["stopped_m"] < 0.5
+    driving = under_way(PHASES_S["approach"], board=board)
+    assert driving.rig.outputs["treads"] == 2
     robot = under_way(3, "mission.longest_s=60", board=board)
     robot.rig.ports["treads"]._target.power_cycle()  # type: ignore[attr-defined]
     ends(robot)

@@ -2,11 +2,15 @@
 
 import pytest
 
+from firmware_runtime.devs.time import MILLISECOND
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
 from tests.support.wire import Played, sentences
 
 AHEAD, STILL, FULL = "0 127; 4 127", "units is 0 0", "units is 127 127"
+
+
+TENTH = 100 * MILLISECOND
 
 
 def packet(command: int, value: int, address: int = 128) -> bytes:
@@ -181,3 +185,16 @@ def test_the_world_advances_before_its_course_changes(driver: Sabertooth) -> Non
     driver.chip.motors.before_change = lambda: at.append(driver.clock())
     driver.play(AHEAD, "1 s", AHEAD, "S 80 00 00 00 80 04 00 04")
     assert at == [0, 0, 1_000_000_000, 1_000_000_000]
+
+
+def test_a_motor_is_on_while_it_is_driven_and_not_while_it_runs_down(clock: ManualClock) -> None:
+    driver = Sabertooth(clock)
+    driver.play("S aa; 16 11; 14 3; 0 127")  # a ramp of a second and a half; silence is 0.3 s
+    assert driver.chip.outputs_on(clock()) == 1, "at its first step"
+    clock.advance(2 * TENTH)
+    assert driver.chip.speeds[0] > 0
+    driver.play("0 0")
+    assert (driver.chip.speeds[0] > 0, driver.chip.outputs_on(clock())) == (True, 0)
+    driver.play("4 127")
+    assert driver.chip.outputs_on(clock()) == 1
+    assert driver.chip.outputs_on(clock() + 3 * TENTH) == 0, "silence has stopped it"
