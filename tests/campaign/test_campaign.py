@@ -22,6 +22,7 @@ from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
+from firmware_runtime.lab.campaign.findings import findings_of
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.kept_findings import rerun_findings
 from firmware_runtime.lab.campaign.mission import Mission
@@ -241,6 +242,22 @@ def test_pairs_strike_within_a_second_and_are_shortened_to_one_where_one_will_do
 
 
 @pytest.mark.slow
+def test_a_pair_one_of_whose_faults_alone_shows_the_same_is_that_finding(
+    planted: Callable[[Callable[..., Any]], None],
+) -> None:
+    planted(last_again())
+    alone_at = Strike("nack", "imu", at_s=1.25, for_s=0.5)
+    others = [Strike("slow", "i2c1", at_s=1.2, for_s=0.0), Strike("reload", at_s=1.2)]
+    pairs = [
+        alone(Trial(UNCHECKED, (each, alone_at)), number) for number, each in enumerate(others)
+    ]
+    (finding,) = findings_of(pairs, None)
+    assert (finding.kind, finding.count, len(finding.faults)) == ("nack", 2, 1)
+    (finding,) = findings_of([alone(Trial(UNCHECKED, (alone_at,)), 7), *pairs], None)
+    assert (finding.kind, finding.count, finding.row) == ("nack", 3, 7)
+
+
+@pytest.mark.slow
 def test_a_sound_robot_has_no_finding_and_the_report_has_its_figures() -> None:
     report = campaign("tachobot", for_s=1.5, runs=24, workers=1)
     report.check()
@@ -401,7 +418,7 @@ def test_a_signal_is_no_fault_of_a_rig(monkeypatch: pytest.MonkeyPatch, part: st
         ([{"a": 1.0}, {"a": 1.0, "b": 2.0}], "a, b; expected as at first, a"),
         ([{"a": 1.0}, {"a": None}], "expected as at first, a"),
         ([{"a": 1.0}, {"a": float("nan")}], "a is nan; expected a finite number"),
-        ([["a"]], "has no attribute 'items'"),
+        ([["a"]], "expected values by their names"),
     ],
     ids=str,
 )
@@ -523,6 +540,7 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
         ("off_within_s", {"imo": 0.1}, "did you mean imu"),
         ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
         ("unpaced", ("i2c2",), "did you mean i2c1"),
+        ("warned", ("imo",), "did you mean imu"),
     ],
 )
 def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(
@@ -533,6 +551,55 @@ def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(
     with pytest.raises(ConfigError, match=fault) as caught:
         healthy(Mission(board="tachobot", for_s=0.5))
     assert f"tachobot: {attribute} of its rig" in str(caught.value)
+
+
+def _raise(_rig: object, *_asked: object) -> None:
+    raise KeyError("x")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("attribute", "value", "fault"),
+    [
+        ("said_within_s", 800, "said_within_s: 800: expected float <= 60"),
+        ("held_within_s", 0, "held_within_s: 0: expected float > 0"),
+        ("said_witin_s", 0.8, "said_witin_s: did you mean said_within_s"),
+        ("borne", {YAW: -1.0}, "borne: .*expected float >= 0"),
+        ("is_driven", lambda _rig: True, "is_driven: .*expected True or False"),
+        ("truth", lambda _rig: None, r"truth\(\) None; expected values by their names"),
+        ("truth", property(lambda _rig: {"a": 1.0}), "truth {'a': 1.0}; expected a method"),
+        ("missed", lambda _rig: 3, r"missed\(\) 3; expected a sentence or None"),
+        ("levels", _raise, "levels: KeyError: 'x'"),
+    ],
+)
+def test_what_a_rig_cannot_say_is_refused_before_anything_is_struck(
+    monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str
+) -> None:
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, attribute, value, raising=False)
+    with pytest.raises(ConfigError, match=fault) as caught:
+        healthy(Mission(board="tachobot", for_s=0.5))
+    assert "rig" in str(caught.value)
+    healthy.cache_clear()
+
+
+@pytest.mark.slow
+def test_a_rig_without_numbers_of_its_world_has_two_oracles_less_and_the_report_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    healthy.cache_clear()
+    space_of.cache_clear()
+
+    def truth(rig: TachobotRig) -> dict[str, object]:
+        rig.catch_up()
+        return {"tachobot.world.is_up": "yes"}
+
+    monkeypatch.setattr(TachobotRig, "truth", truth)
+    report = carry_out(Mission(board="tachobot", for_s=0.3), runs=2, workers=1)
+    assert report.as_json()["not_judged"] == ["silent", "astray"]
+    assert "not judged: silent, astray: its rig has no truth() with numbers" in str(report)
+    healthy.cache_clear()
+    space_of.cache_clear()
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from msgspec import Struct
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Driven, Judging, Losable, Noted, Purposeful, Rig, Truthful
 from firmware_runtime.board.rigs import blamed_on_rig
+from firmware_runtime.board.strict import shown
 from firmware_runtime.errors import SettingError
 
 
@@ -33,7 +34,7 @@ class Asked:
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
-            values = dict(self._values().items())
+            values = dict(self._values())
         self.ports = frozenset(values)
         """Paths of ports whose values its truth has."""
         self.names = [name for name, _ in _all_numbers(values)]
@@ -68,7 +69,10 @@ class Asked:
         if self._driven is None:
             return self.has_output_on
         with blamed_on_rig(self._board, "is_driven"):
-            return self._driven.is_driven
+            said: object = self._driven.is_driven
+            if not isinstance(said, bool):
+                raise SettingError(f"is_driven {shown(said)}", expected="True or False")
+            return said
 
     def levels(self, at: int) -> tuple[float, ...]:
         """Return how each output stands at an instant of its clock, ns."""
@@ -77,24 +81,15 @@ class Asked:
 
     def lost(self) -> str | None:
         """Return why its robot cannot go on; None while it can, or where it does not know."""
-        if self._losable is None:
-            return None
-        with blamed_on_rig(self._board, "lost"):
-            return self._losable.lost()
+        return None if self._losable is None else self._sentence("lost")
 
     def judged(self) -> str | None:
         """Return what is wrong with its world by its own oracle; None for nothing, or no oracle."""
-        if self._judging is None:
-            return None
-        with blamed_on_rig(self._board, "judge"):
-            return self._judging.judge()
+        return None if self._judging is None else self._sentence("judge")
 
     def missed(self) -> str | None:
         """Return what its robot should have done by now and has not; None for nothing."""
-        if self._purposeful is None:
-            return None
-        with blamed_on_rig(self._board, "missed"):
-            return self._purposeful.missed()
+        return None if self._purposeful is None else self._sentence("missed")
 
     @property
     def notes(self) -> list[str]:
@@ -102,7 +97,25 @@ class Asked:
         return [each for line in self._noted for each in line.warnings]
 
     def _values(self) -> Mapping[str, object]:
-        return {} if self._truth is None else self._truth.truth()
+        if self._truth is None:
+            return {}
+        found = self._called("truth")
+        if not isinstance(found, Mapping):
+            raise SettingError(f"truth() {shown(found)}", expected="values by their names")
+        return found
+
+    def _sentence(self, part: str) -> str | None:
+        with blamed_on_rig(self._board, part):
+            found = self._called(part)
+            if found is None or isinstance(found, str):
+                return found
+            raise SettingError(f"{part}() {shown(found)}", expected="a sentence or None")
+
+    def _called(self, part: str) -> object:
+        method: object = getattr(self._rig, part)
+        if callable(method):
+            return method()
+        raise SettingError(f"{part} {shown(method)}", expected="a method")
 
 
 def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from firmware_runtime.hal.strike import KINDS, Strike
-from firmware_runtime.lab.campaign.findings import is_wrong
+from firmware_runtime.lab.campaign.findings import Group, group_in, is_wrong
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding
 from firmware_runtime.lab.campaign.report import Report
 from firmware_runtime.lab.campaign.trial import LOST, trial_of
@@ -99,7 +99,7 @@ def _over_time(report: Report, table_file: str) -> Lanes:
     )
 
 
-def _mark(row: Row, height: float, places: Mapping[tuple[str, ...], str], table_file: str) -> Mark:
+def _mark(row: Row, height: float, places: Mapping[Group, str], table_file: str) -> Mark:
     of_sound, shown_in_nothing, of_wrong, of_lost = _COLOURS.values()
     colour = of_sound if row["said"] is not None else shown_in_nothing
     if row["outcome"] != SOUND:
@@ -112,7 +112,7 @@ def _mark(row: Row, height: float, places: Mapping[tuple[str, ...], str], table_
         words=f"{', '.join(map(_in_words, strikes))}: {row['outcome']}{what}{said}",
         colour=colour,
         command=_again(row["row"], table_file),
-        href=places.get(_group_of_row(row), ""),
+        href=places.get(group_in(places, row), ""),
         height=height,
     )
 
@@ -129,10 +129,6 @@ def _again(row: object, table_file: str) -> str:
 
 def _every(rows: Sequence[Row], most: int) -> Sequence[Row]:
     return rows[:: max(1, -(-len(rows) // most))]
-
-
-def _group_of_row(row: Row) -> tuple[str, ...]:
-    return str(row["outcome"]), str(row["model"]), trial_of(row).kinds
 
 
 # Tried, found, fixed, left ------------------------------------------------------------------------
@@ -193,5 +189,6 @@ def _fixed(kept: Sequence[KeptFinding]) -> parts.Table:
 def _left(report: Report) -> Iterator[str]:
     yield f"{report.space - report.runs:,} faults of the space were not tried"
     yield from (f"left out as known and accepted: {each}" for each in sorted(set(report.left_out)))
+    yield from (f"not judged, as its rig has no truth(): {each}" for each in report.not_judged)
     yield from (f"never shown: {each}" for each in report.never)
     yield from (f"arrow of states never taken: {each}" for each in report.never_taken)

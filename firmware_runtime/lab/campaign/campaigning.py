@@ -42,6 +42,7 @@ from firmware_runtime.lab.campaign.report import Report, never_shown, never_take
 from firmware_runtime.lab.campaign.space import in_courses, space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
 from firmware_runtime.lab.campaign.trial import alone, trial_of
+from firmware_runtime.lab.campaign.verdict import OF_TRUTH
 from firmware_runtime.lab.sweeps.how import carried_out, how_faults
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.row import Row, release
@@ -243,6 +244,7 @@ def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from i
         run_again=run_again,
         never=never_shown(space, rows),
         left_out=(*mission.without, *found.stated.unknowable),
+        not_judged=() if found.envelope.names else OF_TRUTH,
         arrows=len(found.arrows),
         never_taken=never_taken(found, rows),
         kept=kept,

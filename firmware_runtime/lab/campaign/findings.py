@@ -1,13 +1,14 @@
 """Findings of a campaign: equal ones are one, made as short as they get, and saved.
 
-Equal are those of one oracle, model and kind of fault. The shortest and latest of them is tried
-shorter still, and with fewer settings; what is left is one line of fault script.
+Equal are those of one oracle, model and kind of fault; a pair, one of whose faults alone shows the
+same, is equal to that. The shortest and latest of them is tried shorter still, and with fewer
+settings; what is left is one line of fault script.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -29,6 +30,8 @@ from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
 """Lengths that a fault is tried with, s; 0 is once."""
+Group: TypeAlias = tuple[str, str, str]
+"""Oracle, model and kinds of a finding: what equal ones have in common."""
 _OWN: Final = "own"
 _ORACLE: Final = (
     "def judge(rig: object) -> str | None:",
@@ -64,7 +67,7 @@ class Finding(Struct, frozen=True, kw_only=True):
     test: str | None = None
 
     @property
-    def group(self) -> tuple[str, ...]:
+    def group(self) -> Group:
         """What equal findings have in common."""
         return self.oracle, self.model, self.kind
 
@@ -100,6 +103,18 @@ class Finding(Struct, frozen=True, kw_only=True):
         }
 
 
+def group_in(found: Collection[Group], row: Row) -> Group:
+    """Return which of the findings a row has; its own group where none is.
+
+    A pair has that of one of its faults alone.
+    """
+    oracle, model, trial = str(row["outcome"]), str(row["model"]), trial_of(row)
+    each_alone = (
+        (oracle, of, strike.kind) for strike in trial.strikes for of in (model, strike.device)
+    )
+    return next((each for each in each_alone if each in found), (oracle, model, trial.kinds))
+
+
 def is_wrong(row: Row) -> bool:
     """Return whether a row has a finding."""
     return row["outcome"] not in {SOUND, LOST}
@@ -109,12 +124,18 @@ def findings_of(
     rows: Sequence[Row], folder: Path | None, oracle: Oracle | None = None
 ) -> list[Finding]:
     """Find what is wrong in rows, shorten it, and save it in a folder if one is given."""
-    found: list[Finding] = []
+    found: dict[Group, Finding] = {}
     for alike in _alike(rows).values():
-        finding = _shortened(alike, oracle)
-        names = {each.test for each in found}
-        found.append(finding if folder is None else _saved(finding, folder, oracle, names))
-    return found
+        same = group_in(found, alike[0])
+        if same not in found:
+            finding = _shortened(alike, oracle)
+            same = finding.group
+        if same in found:
+            found[same] = replace(found[same], count=found[same].count + len(alike))
+            continue
+        names = {each.test for each in found.values()}
+        found[same] = finding if folder is None else _saved(finding, folder, oracle, names)
+    return list(found.values())
 
 
 def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | None:
@@ -150,10 +171,10 @@ def is_same(row: Row, again: Row) -> bool:
     return (row["outcome"], row["digest"]) == (again["outcome"], again["digest"])
 
 
-def _alike(rows: Sequence[Row]) -> Mapping[tuple[object, ...], list[Row]]:
-    found: dict[tuple[object, ...], list[Row]] = {}
-    for row in filter(is_wrong, rows):
-        found.setdefault(_key(row), []).append(row)
+def _alike(rows: Sequence[Row]) -> Mapping[Group, list[Row]]:
+    found: dict[Group, list[Row]] = {}
+    for row in filter(is_wrong, rows):  # pairs come last
+        found.setdefault(group_in(found, row), []).append(row)
     return found
 
 
@@ -163,7 +184,8 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
     is_flaky = not is_same(first, alone(trial, oracle=oracle))
     for shorter in [] if is_flaky else (*_fewer(trial), *_shorter(trial)):
         row = alone(shorter, oracle=oracle)
-        if (row["outcome"], row["model"]) == (first["outcome"], first["model"]):
+        models = first["model"], *(each.device for each in shorter.strikes)
+        if row["outcome"] == first["outcome"] and row["model"] in models:
             trial, shown = shorter, row
             break
     for each in [] if is_flaky else trial.mission.assignments:
@@ -174,7 +196,7 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
             row = alone(replace(trial, mission=fewer), oracle=oracle)
         except ConfigError:  # no board without this setting
             continue
-        if _key(row) == _key(first):
+        if group_in((), row) == group_in((), first):
             trial, shown = replace(trial, mission=fewer), row
     finding = _finding(first, trial, shown, len(alike))
     needs_oracle = oracle is not None and finding.oracle == _OWN and not is_wrong(alone(trial))
@@ -197,15 +219,10 @@ def _finding(first: Row, trial: Trial, shown: Row, count: int) -> Finding:
     )
 
 
-def _key(row: Row) -> tuple[object, ...]:
-    """Return what equal findings have in common."""
-    return row["outcome"], row["model"], trial_of(row).kinds
-
-
-def _length(row: Row) -> tuple[float, float]:
-    """Order rows: once before for a while before for ever, then later before sooner."""
+def _length(row: Row) -> tuple[int, int, float]:
+    """Order rows: one fault before two, then the shorter, then the later."""
     strikes = trial_of(row).strikes
-    return max(each.span for each in strikes), -strikes[0].at_s
+    return len(strikes), max(each.span for each in strikes), -strikes[0].at_s
 
 
 def _fewer(trial: Trial) -> Iterator[Trial]:

@@ -176,7 +176,9 @@ class _Run:
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names = watched.asked.names
             self.has_outputs = bool(watched.asked.outputs)
-            self.stated = stated_by(watched.rig, robot.board, self.names, self.places)
+            self.stated = stated_by(
+                watched.rig, robot.board, self.names, self.places, watched.models
+            )
             within_s = mission.within_s
             self.within = seconds(self.stated.said_within_s if within_s is None else within_s)
             self._noted: dict[str, int] = {}
@@ -185,6 +187,7 @@ class _Run:
             while watched.at < until + AFTER and watched.outcome is None:
                 before = watched.at
                 self.looks.append(watched.go_on())
+                watched.held_for(self.looks[-1])  # a rig that cannot say so is refused
                 self.taken.append(frozenset(watched.reached))
                 self.wrong = self.wrong or wrong_by_itself(watched, self.stated)
                 self._note(watched, before)

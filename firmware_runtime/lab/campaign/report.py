@@ -35,6 +35,8 @@ class Report(Struct, frozen=True, kw_only=True):
     """Faults of the space, `KIND of DEVICE`, that no run has had, or that never showed."""
     left_out: Sequence[str] = ()
     """Faults that were left out, `KIND` or `KIND:DEVICE`: by choice, or as the rig says."""
+    not_judged: Sequence[str] = ()
+    """Oracles that could find nothing: its rig says nothing of its world."""
     arrows: int = 0
     """Arrows of the robot's state diagrams."""
     never_taken: Sequence[str] = ()
@@ -80,6 +82,7 @@ class Report(Struct, frozen=True, kw_only=True):
             "outcomes": dict(Counter(str(row["outcome"]) for row in self.rows).most_common()),
             "said": self.said,
             "left_out": list(self.left_out),
+            "not_judged": list(self.not_judged),
             "never": list(self.never),
             "arrows": self.arrows,
             "never_taken": list(self.never_taken),
@@ -107,6 +110,8 @@ class Report(Struct, frozen=True, kw_only=True):
             yield f"{fixed} of {len(self.kept)} that were found here are fixed"
         if self.left_out:
             yield f"left out: {_listed(self.left_out)}"
+        if self.not_judged:
+            yield f"not judged: {', '.join(self.not_judged)}: its rig has no truth() with numbers"
         if self.never and self.rows:
             yield f"never shown: {_listed(self.never)}"
         if self.arrows and self.rows:

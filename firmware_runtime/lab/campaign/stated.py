@@ -4,10 +4,12 @@ Each is an attribute of the rig by this name, and may be left out.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Annotated, Final, TypeAlias
 
-import msgspec
-from msgspec import Struct
+from msgspec import Meta, Struct
 
+from firmware_runtime.board import strict
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.rigs import blamed_on_rig
@@ -16,20 +18,24 @@ from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import Place
 from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, faults_of
 
+Span: TypeAlias = Annotated[float, Meta(gt=0, le=60)]
+_MISSPELT: Final = 0.9
+"""Share of letters from which on an attribute is taken for one of these."""
+
 
 class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Limits of a robot, and what it cannot know; spans are in seconds."""
 
-    said_within_s: float = WITHIN_S
+    said_within_s: Span = WITHIN_S
     """In which a fault has to be reported or outputs off."""
-    healed_within_s: float = RECOVER_S
+    healed_within_s: Span = RECOVER_S
     """After a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
-    held_within_s: float | None = None
+    held_within_s: Span | None = None
     """For which outputs may be on and none of them change: then nothing commands them. None where
     they keep a place, as servos do."""
-    off_within_s: Mapping[str, float] = {}
+    off_within_s: Mapping[str, Span] = {}
     """After which outputs are off where a device fails at each use, by its name."""
-    borne: Mapping[str, float] = {}
+    borne: Mapping[str, Annotated[float, Meta(ge=0)]] = {}
     """How far beside healthy runs a number of its truth may be without harm, by its name, such as
     `tachobot.world.yaw_rad`."""
     unknowable: tuple[str, ...] = ()
@@ -52,10 +58,13 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return {name: seconds(span) for name, span in self.off_within_s.items()}
 
 
-def stated_by(rig: Rig, board: Board, names: Sequence[str], places: Sequence[Place]) -> Stated:
-    """Return what a rig says, of a world with numbers by these names and of these places.
+def stated_by(
+    rig: Rig, board: Board, names: Sequence[str], places: Sequence[Place], models: Sequence[str]
+) -> Stated:
+    """Return what a rig says, of a world with numbers by these names, of these places and models.
 
-    Raises ConfigError for what is of another type, and for names that there are not.
+    Raises ConfigError for what is of another type or cannot be, for names that there are not, and
+    for an attribute that is called nearly as one of these.
     """
     with blamed_on_rig(board, "what it says for campaigns"):
         found = {
@@ -63,16 +72,27 @@ def stated_by(rig: Rig, board: Board, names: Sequence[str], places: Sequence[Pla
             for name in Stated.__struct_fields__
             if hasattr(rig, name)
         }
-        stated = msgspec.convert(found, Stated)
-    for attribute, faults in (
+    faults = [*_misspelt(rig)]
+    stated = strict.convert(found, Stated, faults)
+    if stated is None or faults:
+        raise ConfigError(f"{board.name}: its rig", faults)
+    for attribute, unknown in (
         ("borne", _unknown(stated.borne, names)),
         ("off_within_s", _unknown(stated.off_within_s, [place.name for place in places])),
         ("unknowable", faults_of(stated.unknowable, places)),
         ("unpaced", _unknown(stated.unpaced, sorted({place.line for place in places}))),
+        ("warned", _unknown(stated.warned, models)),
     ):
-        if said := list(faults):
+        if said := list(unknown):
             raise ConfigError(f"{board.name}: {attribute} of its rig", said)
     return stated
+
+
+def _misspelt(rig: Rig) -> Iterator[str]:
+    known = Stated.__struct_fields__
+    for name in dir(rig):
+        if name not in known and (meant := get_close_matches(name, known, 1, _MISSPELT)):
+            yield f"{name}: did you mean {meant[0]}?"
 
 
 def _plain(value: object) -> object:

@@ -34,6 +34,9 @@ ORACLES: Final = (
     *("unhealed", "invented", "idle", "missed", "misused", "paced", "account", "own"),
 )
 
+OF_TRUTH: Final = ("silent", "astray")
+"""Those that go by the numbers of its world's truth."""
+
 
 class Verdict(Struct, frozen=True, kw_only=True):
     """What became of a struck robot."""

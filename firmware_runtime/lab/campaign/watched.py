@@ -97,6 +97,8 @@ class Watched:
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
+        self.models = [below_root(each.path) for each in simulator.atomics]
+        """Paths of all models below the root."""
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
                 self._follow(model)
