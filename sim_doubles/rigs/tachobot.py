@@ -75,9 +75,10 @@ class TachobotRig(BoardRig):
     """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`)."""
     held_within_s = 0.25
     """It follows each sample, whose noise alone changes it within 0.1 s."""
-    healed_within_s = 1.3
-    """A PCA9685 that was reset is found so once a second (`POLL_EVERY`); an IMU that answers again
-    is up after 0.4 s, and 0.9 s at the start, when the gyro's bias is measured as well."""
+    healed_within_s = 2.2
+    """A PCA9685 that was reset is found so once a second (`POLL_EVERY`), and by its movement just
+    before that where it braked, which then rests for another second (`movement_check.again_s`); an
+    IMU that answers again is up after 0.4 s, and 0.9 s at the start, with the gyro's bias."""
 
     @property
     def shown(self) -> OutPort[float]:
