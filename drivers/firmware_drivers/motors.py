@@ -41,8 +41,13 @@ class Motors(Actuator):
     FAULTS_BEFORE_FORGETTING faults in a row. Once a command has failed, faults are in a row until
     the chip has taken two commands one after the other. A command that comes while the chip is not
     up, not stopped yet, or while the interlock disables outputs, is kept, and not obeyed once it is
-    older than command_timeout; one that is none is reported meanwhile.
+    older than command_timeout, unless it is one that holds until the next (`keeps_commands`); one
+    that is none is reported meanwhile.
     """
+
+    keeps_commands = False
+    """Whether a command is an event that holds until the next one, as it is for a head that sweeps:
+    time in which it could not be obeyed is then not counted."""
 
     def __init__(  # noqa: PLR0913 -- chip and line, then how it is driven
         self,
@@ -175,6 +180,8 @@ class Motors(Actuator):
     # ---------------------------------------------------------------------------------------------
 
     def _obey(self) -> None:
+        if self.keeps_commands and not self._is_repeated:
+            self._since_command = 0
         self._has_command = self._is_repeated = False
         self._since_refresh = 0
         if self._refusal is not None:

@@ -36,6 +36,8 @@ class RadarMotor(BridgeMotor):
     of the chip are full-off.
     """
 
+    keeps_commands = True
+
     def __init__(
         self,
         name: str,
