@@ -29,11 +29,13 @@ PACKAGES: Final = (
     "boards/firmware_boards",
     "sim_doubles",
     "examples/pan_tilt/pan_tilt",
+    "examples/balancing/balancing",
 )
 CHIPS: Final = "drivers/firmware_drivers/chips/"
 MODELS: Final = "drivers/firmware_drivers/"
 BOARDS: Final = "boards/firmware_boards/"
 HEAD: Final = "examples/pan_tilt/pan_tilt/"
+STANDS: Final = "examples/balancing/balancing/"
 RUNS: Final = 300
 MOST_LINES: Final = 3
 
@@ -222,6 +224,36 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         f"{HEAD}controller.py",
         "            self.couple(self.mode.follow_out, check.follow)\n",
         "            pass\n",
+    ),
+    "a place is fed back with the other sign": Mistake(
+        "balancing",
+        "",
+        f"{STANDS}lean.py",
+        "self.speed + self.per_place_rad_s * beyond_s",
+        "self.speed - self.per_place_rad_s * beyond_s",
+    ),
+    "what the treads' driver said is sent again with each answer": Mistake(
+        "detective",
+        "treads",
+        f"{MODELS}treads.py",
+        "        self.report = None\n        super().proceed()",
+        "        super().proceed()",
+    ),
+    "a ping that is refused is no fault": Mistake(
+        "detective",
+        "body_sonar",
+        f"{MODELS}sonar.py",
+        "            self.chip.start_ranging()\n        except HalError as error:\n"
+        "            self._fail(error)\n",
+        "            self.chip.start_ranging()\n        except HalError:\n"
+        "            self._rest()\n",
+    ),
+    "a sonar that does not answer is read for ever": Mistake(
+        "detective",
+        "body_sonar",
+        f"{MODELS}sonar.py",
+        "        self._readings += 1\n        try:",
+        "        try:",
     ),
 }
 

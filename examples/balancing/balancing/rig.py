@@ -106,7 +106,7 @@ class BalancingRig(BoardRig):
         if abs(world.pitch_rad) > STANDS_RAD:
             return f"it leans by {world.pitch_rad:.2g} rad, {STANDS_RAD:g} at most"
         if abs(world.place_m) > STAYS_M:
-            return f"it has rolled {world.place_m:.2g} m away, {STAYS_M:g} m at most"
+            return f"it has rolled {world.place_m:.3g} m away, {STAYS_M:g} m at most"
         return None
 
     def _drives(self) -> tuple[Drive, Drive]:
