@@ -83,6 +83,7 @@ class OneQuickPart(Struct, frozen=True):
     """A job whose first part is over at once, and whose others say when they are over."""
 
     folder: Path
+    ballast: bytes = b""
 
     def run(self, number: int) -> int:
         """Wait, but in the first part."""
@@ -97,8 +98,11 @@ class OneQuickPart(Struct, frozen=True):
 
 
 @pytest.mark.slow
-def test_parts_under_way_are_not_waited_for_by_one_who_takes_no_more(tmp_path: Path) -> None:
-    with closing(run_here(OneQuickPart(tmp_path), range(4), 2)) as parts:
+@pytest.mark.parametrize("ballast", [b"", bytes(1 << 20)], ids=["small", "more than a pipe takes"])
+def test_parts_under_way_are_not_waited_for_by_one_who_takes_no_more(
+    tmp_path: Path, ballast: bytes
+) -> None:
+    with closing(run_here(OneQuickPart(tmp_path, ballast), range(4), 2)) as parts:
         assert next(parts) == 0
     assert [*tmp_path.iterdir()] == []
 

@@ -15,7 +15,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
-from typing import Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.system.this_system import allowed_cpus
@@ -35,6 +35,10 @@ class Job(Protocol[T_co]):
 
     def lost(self, number: int, why: str) -> T_co:
         """Return what stands for a part whose process ended each time it was tried."""
+
+
+_job: Job[object] | None = None
+"""The job of this process, where it is one of a pool."""
 
 
 def cores() -> int:
@@ -70,14 +74,14 @@ def _run_by_pool(
     goes_on, own_end = context.Pipe(duplex=False)
     begun, says_so = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        min(workers, len(numbers)), context, initializer=_begin, initargs=(goes_on, says_so)
+        min(workers, len(numbers)), context, initializer=_begin, initargs=(goes_on, says_so, job)
     )
-    waiting: dict[Future[T], int] = {}
+    waiting: dict[Future[Any], int] = {}
     to_come = iter(numbers)
     try:
         while True:
             while len(waiting) < _AHEAD * workers and (part := next(to_come, None)) is not None:
-                waiting[pool.submit(_run, job, part)] = part
+                waiting[pool.submit(_run, part)] = part
             if not waiting:
                 return
             ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
@@ -102,20 +106,27 @@ def _none_begins() -> ConfigError:
     return ConfigError.of_one("workers", what, expected)
 
 
-def _begin(goes_on: Connection, says_so: Connection) -> None:
-    """In a process of the pool: its parent sees to Ctrl-C, and it ends with it, or when told."""
+def _begin(goes_on: Connection, says_so: Connection, job: Job[object]) -> None:
+    """In a process of the pool: its parent sees to Ctrl-C, and it ends with it, or when told.
+
+    The job comes once, not with each part: a large one would fill the pipe of parts, and the pool
+    that writes into it would wait without end for processes that have ended.
+    """
+    global _job  # noqa: PLW0603 -- of a process of its own
+    _job = job
     says_so.send_bytes(b"begun")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, args=(goes_on,), daemon=True).start()
 
 
-def _run(job: Job[T], number: int) -> T:
+def _run(number: int) -> object:
     """Run a part in a process of the pool; a signal that ends the run ends the process.
 
     To the pool what it raises would be an answer, and the process would wait for the next part.
     """
+    assert _job is not None  # noqa: S101 -- it has begun
     try:
-        return job.run(number)
+        return _job.run(number)
     except SystemExit as signalled:
         os._exit(signalled.code if isinstance(signalled.code, int) else Status.MODEL_ERROR)
 
