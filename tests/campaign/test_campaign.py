@@ -531,6 +531,16 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
     space_of.cache_clear()
 
 
+def refused(monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str) -> str:
+    """Return how a mission is refused whose rig says this."""
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, attribute, value, raising=False)
+    with pytest.raises(ConfigError, match=fault) as caught:
+        healthy(Mission(board="tachobot", for_s=0.5))
+    healthy.cache_clear()
+    return str(caught.value)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("attribute", "value", "fault"),
@@ -546,11 +556,8 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
 def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(
     monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str
 ) -> None:
-    healthy.cache_clear()
-    monkeypatch.setattr(TachobotRig, attribute, value, raising=False)
-    with pytest.raises(ConfigError, match=fault) as caught:
-        healthy(Mission(board="tachobot", for_s=0.5))
-    assert f"tachobot: {attribute} of its rig" in str(caught.value)
+    said = refused(monkeypatch, attribute, value, fault)
+    assert f"tachobot: {attribute} of its rig" in said
 
 
 def _raise(_rig: object, *_asked: object) -> None:
@@ -575,12 +582,7 @@ def _raise(_rig: object, *_asked: object) -> None:
 def test_what_a_rig_cannot_say_is_refused_before_anything_is_struck(
     monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str
 ) -> None:
-    healthy.cache_clear()
-    monkeypatch.setattr(TachobotRig, attribute, value, raising=False)
-    with pytest.raises(ConfigError, match=fault) as caught:
-        healthy(Mission(board="tachobot", for_s=0.5))
-    assert "rig" in str(caught.value)
-    healthy.cache_clear()
+    assert "rig" in refused(monkeypatch, attribute, value, fault)
 
 
 @pytest.mark.slow
