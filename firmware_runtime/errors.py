@@ -256,9 +256,12 @@ def suggested(word: str, known: Iterable[str], expected: str) -> str:
     return f"did you mean {alike}? {expected[:1].upper()}{expected[1:]}"
 
 
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is most like one that is not known, if any is like it."""
+def nearest(word: str, known: Iterable[str], share: float = 0.6) -> str | None:
+    """Return the known word that is most like one that is not known, if any is like it.
+
+    Alike are words that share so much of their letters.
+    """
     from difflib import get_close_matches  # noqa: PLC0415 -- for a word that is not known only
 
-    alike = get_close_matches(word, list(known), n=1)
+    alike = get_close_matches(word, list(known), 1, share)
     return alike[0] if alike else None

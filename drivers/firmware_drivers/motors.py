@@ -184,17 +184,15 @@ class Motors(Actuator):
             self._since_command = 0
         self._has_command = self._is_repeated = False
         self._since_refresh = 0
-        if self._refusal is not None:
-            self._refuse(self._refusal)
-        elif self._is_too_old():
-            self._refuse(self._too_old())
+        if (why := self._refusal or self._too_old()) is not None:
+            self._refuse(why)
         else:
             self.write_and_report()
 
     def _refresh(self) -> None:
         self._since_refresh += self.sigma
-        if self._is_too_old():
-            self._refuse(self._too_old())
+        if (why := self._too_old()) is not None:
+            self._refuse(why)
         elif self._since_refresh >= self.refresh:
             self.write_and_report()
         else:
@@ -215,10 +213,9 @@ class Motors(Actuator):
         self._has_taken_command = True
         self.activate("reporting")
 
-    def _is_too_old(self) -> bool:
-        return self.is_moving() and self._since_command >= self.command_timeout
-
-    def _too_old(self) -> NotReady:
+    def _too_old(self) -> NotReady | None:
+        if not (self.is_moving() and self._since_command >= self.command_timeout):
+            return None
         seconds = self.command_timeout / SECOND
         return NotReady(f"no command for {seconds:g} s; stopped", where=self.path)
 

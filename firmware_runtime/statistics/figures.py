@@ -53,10 +53,14 @@ class ModelFigures(Activations, frozen=True):
     """Own time by the time of the run."""
 
     @property
-    def unaccounted(self) -> int:
-        """Activations that were scheduled and are neither run nor left out nor waiting."""
-        left = self.scheduled - self.run - self.skipped - self.coalesced
-        return 0 if left == self.waiting else left
+    def outstanding(self) -> int:
+        """Activations that were scheduled and have no outcome."""
+        return self.scheduled - self.run - self.skipped - self.coalesced
+
+    @property
+    def is_accounted_for(self) -> bool:
+        """Whether those that have no outcome are those that wait."""
+        return self.outstanding in {0, self.waiting}
 
     @property
     def keeps_period(self) -> bool:

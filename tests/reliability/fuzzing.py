@@ -70,9 +70,8 @@ def execute(arguments: argparse.Namespace) -> Result:
         found.append(each)
     figures = _figures(found)
     kept = read_kept("fuzzing") if arguments.add else None
-    if kept is None:
-        return _result_of(figures)
-    return _result_of(added(kept.result.figures, figures), is_read=True)
+    whole = figures if kept is None else added(kept.result.figures, figures)
+    return _result_of(whole, is_read=kept is not None)
 
 
 def _figures(found: Sequence[Fuzzed]) -> Figures:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
+from firmware_runtime.statistics.figures import ModelFigures
 from tests.reliability.results import Result
 
 
@@ -46,10 +47,9 @@ def goes_on(run: "subprocess.Popen[str]", for_s: float) -> bool:
 
 def unaccounted(models: Mapping[str, Any]) -> Iterator[str]:
     """Yield the models of a run's statistics whose accounts do not hold."""
-    for path, each in models.items():
-        left = each["scheduled"] - each["run"] - each["skipped"] - each["coalesced"]
-        if left not in {0, each["waiting"]}:
-            yield f"{path} has {left} activations that nothing accounts for"
+    for path, each in convert(models, dict[str, ModelFigures]).items():
+        if not each.is_accounted_for:
+            yield f"{path} has {each.outstanding} activations that nothing accounts for"
 
 
 def result_of(

@@ -171,7 +171,7 @@ def _minute(robot: OpenBoard, chance: random.Random, soaked: Soaked) -> bool:
 def _unaccounted(robot: OpenBoard) -> Iterator[str]:
     """Yield the models whose activations are not all accounted for."""
     for name, each in robot.statistics.models.items():
-        if each.unaccounted:
+        if each.outstanding:
             yield f"{name}: {each.scheduled} scheduled, not as many accounted for"
 
 

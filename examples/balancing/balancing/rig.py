@@ -50,8 +50,8 @@ class BalancingRig(BoardRig):
     """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`)."""
     held_within_s = 0.25
     borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 1.0})
-    """It swings so far when it is pushed, and takes that up. Its place it does not know, having no
-    encoders: the noise of its gyro alone has it roll about as far."""
+    """It swings so far when it is pushed, and takes that up. Its place it knows by its own drive
+    alone, having no encoders: what a fault makes of that is not found."""
 
     @property
     def shown(self) -> OutPort[float]:

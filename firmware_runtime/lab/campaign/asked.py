@@ -3,8 +3,9 @@
 Whatever it raises is the fault of its package, and no finding.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
+from typing import TypeAlias
 
 import msgspec
 from msgspec import Struct
@@ -14,6 +15,8 @@ from firmware_runtime.board.rig import Driven, Judging, Losable, Noted, Purposef
 from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.board.strict import shown
 from firmware_runtime.errors import SettingError
+
+Method: TypeAlias = Callable[[], object]
 
 
 class Asked:
@@ -26,11 +29,11 @@ class Asked:
         self._rig = rig
         self._board = board
         # asked once: to look at a protocol takes longer than to look at the robot
-        self._truth = rig if isinstance(rig, Truthful) else None
         self._driven = rig if isinstance(rig, Driven) else None
-        self._losable = rig if isinstance(rig, Losable) else None
-        self._judging = rig if isinstance(rig, Judging) else None
-        self._purposeful = rig if isinstance(rig, Purposeful) else None
+        self._truth = self._method("truth", is_there=isinstance(rig, Truthful))
+        self._lost = self._method("lost", is_there=isinstance(rig, Losable))
+        self._judge = self._method("judge", is_there=isinstance(rig, Judging))
+        self._missed = self._method("missed", is_there=isinstance(rig, Purposeful))
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
@@ -81,15 +84,15 @@ class Asked:
 
     def lost(self) -> str | None:
         """Return why its robot cannot go on; None while it can, or where it does not know."""
-        return None if self._losable is None else self._sentence("lost")
+        return self._sentence("lost", self._lost)
 
     def judged(self) -> str | None:
         """Return what is wrong with its world by its own oracle; None for nothing, or no oracle."""
-        return None if self._judging is None else self._sentence("judge")
+        return self._sentence("judge", self._judge)
 
     def missed(self) -> str | None:
         """Return what its robot should have done by now and has not; None for nothing."""
-        return None if self._purposeful is None else self._sentence("missed")
+        return self._sentence("missed", self._missed)
 
     @property
     def notes(self) -> list[str]:
@@ -99,23 +102,28 @@ class Asked:
     def _values(self) -> Mapping[str, object]:
         if self._truth is None:
             return {}
-        found = self._called("truth")
+        found = self._truth()
         if not isinstance(found, Mapping):
             raise SettingError(f"truth() {shown(found)}", expected="values by their names")
         return found
 
-    def _sentence(self, part: str) -> str | None:
+    def _sentence(self, part: str, method: Method | None) -> str | None:
+        if method is None:
+            return None
         with blamed_on_rig(self._board, part):
-            found = self._called(part)
+            found = method()
             if found is None or isinstance(found, str):
                 return found
             raise SettingError(f"{part}() {shown(found)}", expected="a sentence or None")
 
-    def _called(self, part: str) -> object:
-        method: object = getattr(self._rig, part)
-        if callable(method):
-            return method()
-        raise SettingError(f"{part} {shown(method)}", expected="a method")
+    def _method(self, part: str, *, is_there: bool) -> Method | None:
+        if not is_there:
+            return None
+        with blamed_on_rig(self._board, part):
+            method: object = getattr(self._rig, part)
+            if callable(method):
+                return method
+            raise SettingError(f"{part} {shown(method)}", expected="a method")
 
 
 def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:

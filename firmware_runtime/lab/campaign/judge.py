@@ -8,7 +8,7 @@ driven beside its envelope is watched until five seconds after that.
 """
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final, TypeAlias
 
 from firmware_runtime.board.rig import Rig
@@ -153,13 +153,17 @@ class Judge:
 
     def _blind(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on without a device that it needs."""
-        if self._struck_at is None or not look.is_on:
-            return None
-        for device, at, end in self._cause.failing:
+        for device, since, end in self._failing() if look.is_on else ():
             most = self._off_within.get(device, NEVER)
-            if look.at <= end and look.at - max(at, self._struck_at) > most:
+            if look.at <= end and look.at - since > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
+
+    def _failing(self) -> Iterator[tuple[str, int, int]]:
+        """Yield what fails at each use, since when that has shown, and until when."""
+        if self._struck_at is not None:
+            for device, at, end in self._cause.failing:
+                yield device, max(at, self._struck_at), end
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
@@ -195,12 +199,9 @@ class Judge:
 
         One more, or two, may come of what it was asked before.
         """
-        if self._struck_at is None:
-            return None
-        for device, at, end in self._cause.failing:
+        for device, since, end in self._failing():
             if look.at > end:
                 continue
-            since = max(at, self._struck_at)
             places = self._healthy.places
             for name in (each.name for each in places if device in {each.name, each.line}):
                 if (path := self._watched.sends_on(name, since)) is not None:
@@ -210,26 +211,20 @@ class Judge:
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails, nothing of which is said in time, and the robot is driven."""
         within = self._healthy.within
-        if self._said is not None or self._struck_at is None or not look.is_on:
+        if self._said is not None or not look.is_on:
             return None
-        for _, at, end in self._cause.failing:
-            if look.at <= end and look.at - max(at, self._struck_at) > within:
-                return (
-                    "late",
-                    f"nothing was reported within {within / SECOND:g} s, and outputs are on",
-                )
+        if any(look.at <= end and look.at - since > within for _, since, end in self._failing()):
+            return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
         return None
 
     def _unnamed(self, look: Look) -> tuple[str, str] | None:
         """A device that fails, of which no report says in time that it does."""
         named_within = max(_NAMED, self._healthy.within)
-        if self._said is None or self._struck_at is None:
-            return None
-        for device, at, end in self._cause.failing:
-            if min(look.at, end) - max(at, self._struck_at) <= named_within:
+        for device, since, end in self._failing() if self._said is not None else ():
+            if min(look.at, end) - since <= named_within:
                 continue
             places = (place for place in self._healthy.places if place.name == device)
-            if not all(self._watched.has_named(place, at) for place in places):
+            if not all(self._watched.has_named(place, since) for place in places):
                 return "late", f"{device} fails at each use, and only others report something"
         return None
 
@@ -323,7 +318,7 @@ class Judge:
         if self._watched.asked.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in figures.models.items():
-            if each.unaccounted:
+            if not each.is_accounted_for:
                 return "account", f"{path}: {each.scheduled} scheduled, not all accounted for"
         return self._not_finite()
 

@@ -4,7 +4,6 @@ Each is an attribute of the rig by this name, and may be left out.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from typing import Annotated, Final, TypeAlias
 
 from msgspec import Meta, Struct
@@ -14,7 +13,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import ConfigError, expected_one_of
+from firmware_runtime.errors import ConfigError, expected_one_of, nearest
 from firmware_runtime.hal.strike import Place
 from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, faults_of
 
@@ -91,8 +90,8 @@ def stated_by(
 def _misspelt(rig: Rig) -> Iterator[str]:
     known = Stated.__struct_fields__
     for name in dir(rig):
-        if name not in known and (meant := get_close_matches(name, known, 1, _MISSPELT)):
-            yield f"{name}: did you mean {meant[0]}?"
+        if name not in known and (meant := nearest(name, known, _MISSPELT)) is not None:
+            yield f"{name}: did you mean {meant}?"
 
 
 def _plain(value: object) -> object:

@@ -97,11 +97,14 @@ class Watched:
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
-        self.models = [below_root(each.path) for each in simulator.atomics]
-        """Paths of all models below the root."""
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
                 self._follow(model)
+
+    @property
+    def models(self) -> list[str]:
+        """Paths of all models below the root."""
+        return [below_root(each.path) for each in self.session.executive.simulator.atomics]
 
     def look(self) -> Look:
         """Look at it now."""
