@@ -117,7 +117,7 @@ class Hardware:
             try:
                 self.struck.strike(each)
             except ConfigError as error:
-                refused += [f"fault {fault}" for fault in error.faults]
+                refused += [f"fault: {fault}" for fault in error.faults]
         if refused:
             raise ConfigError(self._board.name, refused)
 

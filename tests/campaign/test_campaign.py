@@ -175,8 +175,8 @@ def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
     ]
     numbers += [numbers_of("weak", for_s, device="thrust_pairs")[3] for for_s in (1.0, None)]
     numbers += numbers_of("stall", None, device="")[:1]
-    for kind in ("disarm", "hold"):
-        numbers += [numbers_of(kind, for_s, device="")[3] for for_s in (1.0, None)]
+    for kind, a_while in (("disarm", 3.0), ("hold", 1.0)):
+        numbers += [numbers_of(kind, for_s, device="")[3] for for_s in (a_while, None)]
     numbers += numbers_of("reload", None, device="")[3:4]
     rows = list(forked(SHORT, numbers))
     assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)

@@ -1,6 +1,7 @@
 """A campaign's page, and the findings that a folder keeps from one campaign to the next."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -113,6 +114,8 @@ def test_what_a_campaign_no_longer_finds_is_run_again_and_fixed_when_sound(
     other = replace(finding, kind="nack")
     kept = keep_findings(tmp_path, "detective", [other])
     assert [bool(each.fixed) for each in kept] == [True, False]
+    told: Any = replace(report(ROWS), kept=kept).as_json()["fixed"]
+    assert [(each["kind"], each["fixed"]) for each in told] == [("freeze", fixed.fixed)]
     (again, _) = keep_findings(tmp_path, "tachobot", [finding])
     assert (again.fixed, again.since) == ("", fixed.since)
 

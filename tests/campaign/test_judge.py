@@ -131,6 +131,18 @@ def test_a_robot_that_does_not_do_what_it_is_for_is_found_and_not_struck(
     assert found_without_fault(3.0).startswith("missed of world: its yaw is 2")
 
 
+def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def judge(rig: TachobotRig) -> str | None:
+        return "it is late" if rig.now() > 40 * SECOND else None
+
+    monkeypatch.setattr(TachobotRig, "judge", judge, raising=False)
+    assert found_without_fault(0.5) == "own of world: it is late, and no fault was made"
+    with pytest.raises(AssertionError, match="own of world: it is late"):
+        assert_sound("tachobot", [], for_s=0.5)
+
+
 def test_a_robot_that_never_drives_anything_is_found_and_not_struck(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -201,7 +213,7 @@ def test_a_device_that_fails_and_is_not_named_is_found(
         assert_sound("tachobot", [silence], for_s=1.5)
 
 
-def test_a_robot_that_is_off_while_a_device_fails_need_not_say_so(
+def test_a_robot_that_is_off_while_a_device_fails_has_a_second_to_say_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def note(_model: Imu, _error: object) -> None:
@@ -210,6 +222,16 @@ def test_a_robot_that_is_off_while_a_device_fails_need_not_say_so(
     monkeypatch.setattr(Imu, "note", note)
     monkeypatch.setattr(ThrustPairs, "drive_on", ThrustPairs.stop)
     assert_sound("tachobot", [Strike("nack", "imu", at_s=7.0, for_s=0.5)], for_s=7.5)
+    with pytest.raises(AssertionError, match="mute of imu: outputs have been off for 1 s, and are"):
+        assert_sound("tachobot", [Strike("nack", "imu", at_s=7.0, for_s=2.0)], for_s=7.5)
+
+
+def test_a_device_that_is_not_used_while_it_fails_need_not_be_reported() -> None:
+    unseen, unused = (
+        Strike("ones", "imu", at_s=2.08, for_s=1.0),
+        Strike("absent", "thrust_pairs", at_s=2.6305925, for_s=1.0),
+    )
+    assert_sound("tachobot", [unseen, unused], for_s=3.0)
 
 
 def test_of_two_faults_each_has_its_own_time_to_be_reported() -> None:

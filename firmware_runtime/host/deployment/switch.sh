@@ -138,9 +138,11 @@ fail() {
 }
 
 printed=$(mktemp -d) || exit
-(main "$@") </dev/null >"$printed/out" 2>"$printed/err"
+exec 3>"$printed/out" 5>"$printed/err" || exit
+exec 4<"$printed/out" 6<"$printed/err" || exit
+rm -rf "$printed" # its files are there until this ends, however that is
+(main "$@") </dev/null >&3 2>&5 3>&- 4<&- 5>&- 6<&-
 status=$?
-cat "$printed/out"
-cat "$printed/err" >&2
-rm -rf "$printed"
+cat <&4
+cat <&6 >&2
 [ "$status" -eq 0 ]

@@ -1,15 +1,24 @@
 """The faults of one run, as far as a judge goes by them: when, of what, and what they excuse."""
 
 from collections.abc import Collection, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import KINDS, Kind, Strike
 
 _FULL_ON: Final = "full-on"
 _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
+
+
+class Failing(NamedTuple):
+    """What fails at each use, by its name, from `at` until `end`, ns of the run."""
+
+    device: str
+    kind: Kind
+    at: int
+    end: int
 
 
 class Cause:
@@ -29,11 +38,10 @@ class Cause:
         self.is_failure = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
         """Whether a robot that is all right stays where healthy ones are."""
         self.failing = [
-            (each.device, each.at, end_of(each.at, each.span))
+            Failing(each.device, kind, each.at, end_of(each.at, each.span))
             for kind, each in zip(kinds, strikes, strict=True)
             if kind.fails
         ]
-        """What fails at each use, from when and until when."""
         self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self.drives = any(kind.of == "actuator" for kind in kinds)
         self.turns_it = any(kind.name == _FULL_ON for kind in kinds)

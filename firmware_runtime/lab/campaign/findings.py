@@ -19,7 +19,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.fork import in_child
-from firmware_runtime.lab.campaign.healthy import healthy, wrong_in_the_end
+from firmware_runtime.lab.campaign.healthy import wrong_without_faults
 from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
@@ -140,7 +140,7 @@ def findings_of(
 
 def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | None:
     """Return what is wrong with a mission that no fault strikes, saved if a folder is given."""
-    wrong = healthy(mission).wrong or wrong_in_the_end(mission)
+    wrong = wrong_without_faults(mission)
     if wrong is None:
         return None
     finding = Finding(

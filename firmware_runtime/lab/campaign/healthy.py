@@ -19,12 +19,15 @@ from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
+from firmware_runtime.lab.campaign.verdict import where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
 T = TypeVar("T")
 RUNS: Final = 4
 AFTER: Final = 6 * SECOND
 """How long a mission goes on beyond its end, so that what strikes at its end is watched, too."""
+_MINUTE: Final = 60 * SECOND
+"""How long it goes on once, so that what grows slowly, or is done seldom, is seen."""
 _SLACK: Final = 300 * MILLISECOND // EVERY
 _MARGIN: Final = 0.25
 _FAR: Final = 4
@@ -221,18 +224,35 @@ def _least(runs: Sequence[_Run]) -> dict[str, int]:
     return {name: min(each.get(name, 0) for each in found) for name in found[0]}
 
 
-def wrong_in_the_end(mission: Mission) -> Wrong | None:
-    """Return what is wrong where a mission that ends by itself goes on to its end."""
+def wrong_without_faults(mission: Mission) -> Wrong | None:
+    """Return what is wrong with a mission in which no fault is made, or with it later on.
+
+    It goes on for a minute, and to its end where it ends by itself.
+    """
+    found = healthy(mission)
+    if found.wrong is not None:
+        return found.wrong
     with mission.opened() as robot:
-        if robot.session.robot.ended is None:
-            return None
-        watched, wrong = Watched(robot), None
-        stated = healthy(mission).stated
-        until = seconds(robot.board.doubles_run_s)
+        watched, wrong = Watched(robot, found.not_finite), None
+        until = _MINUTE
+        if robot.session.robot.ended is not None:
+            until = max(until, seconds(robot.board.doubles_run_s))
         while wrong is None and watched.at < until and watched.outcome is None:
             watched.go_on()
-            wrong = wrong_by_itself(watched, stated)
+            wrong = wrong_by_itself(watched, found.stated) or _broken(watched)
     return wrong
+
+
+def _broken(watched: Watched) -> Wrong | None:
+    """Return that a robot in which no fault was made has failed, or sends no finite number."""
+    outcome = watched.outcome
+    if outcome is not None and outcome.error is not None:
+        where = where_raised(outcome.error)
+        return Wrong("crash", where, f"{outcome.reason}, and no fault was made", watched.at)
+    for path, at in watched.not_finite.items():
+        what = "it has sent a number that is not finite, and no fault was made"
+        return Wrong("not-finite", path, what, at)
+    return None
 
 
 def _idle(runs: Sequence[_Run]) -> Wrong | None:

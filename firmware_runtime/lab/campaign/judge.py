@@ -16,7 +16,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.cause import Cause, Failing
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
@@ -31,6 +31,8 @@ _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
 _NAMED: Final = 300 * MILLISECOND
 _DRIVEN_ON: Final = 2 * SECOND
+_MUTE: Final = SECOND
+"""A robot that is off is safe, and may take longer to say why."""
 
 
 class Judge:
@@ -49,9 +51,12 @@ class Judge:
         self._most_held, self._off_within = healthy.stated.held, healthy.stated.off_within
         self._go_by(strikes)
         self._struck_at = self._cause.at if self._cause.shows_by_itself else None
+        self._shown: dict[Failing, int] = {}
+        """When each of what fails at each use first did."""
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._left_at: int | None = None
+        self._mute_since: int | None = None
         self._off_at = 0
         """When its outputs were last off."""
 
@@ -120,6 +125,7 @@ class Judge:
             or self._stale(look)
             or self._late(look)
             or self._unnamed(look)
+            or self._mute(look)
             or self._silent(look)
             or self._said_and_astray(look)
             or self._recovery.judge(look)
@@ -161,9 +167,18 @@ class Judge:
 
     def _failing(self) -> Iterator[tuple[str, int, int]]:
         """Yield what fails at each use, since when that has shown, and until when."""
-        if self._struck_at is not None:
-            for device, at, end in self._cause.failing:
-                yield device, max(at, self._struck_at), end
+        for each in self._cause.failing:
+            if each not in self._shown and (at := self._shown_at(each)) is not None:
+                self._shown[each] = at
+            if each in self._shown:
+                yield each.device, self._shown[each], each.end
+
+    def _shown_at(self, failing: Failing) -> int | None:
+        """Return when a use first failed of what has a name; of other lines, when any has."""
+        for place in self._healthy.places:
+            if place.name == failing.device:
+                return self._watched.shown_at(place, failing.kind, failing.at)
+        return None if self._struck_at is None else max(failing.at, self._struck_at)
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
@@ -227,6 +242,20 @@ class Judge:
             if not all(self._watched.has_named(place, since) for place in places):
                 return "late", f"{device} fails at each use, and only others report something"
         return None
+
+    def _mute(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is off for a while where healthy ones are on, and does not say why."""
+        is_mute = self._said is None and self._cause.is_failure and self._healthy.is_on(look.at)
+        if not is_mute or self._watched.asked.has_output_on:
+            self._mute_since = None
+            return None
+        if self._mute_since is None:
+            self._mute_since = look.at
+        most = max(_MUTE, self._healthy.within)
+        if look.at - self._mute_since <= most:
+            return None
+        off = f"outputs have been off for {most / SECOND:g} s, and are on when all is well"
+        return "mute", f"{off}, and nothing was reported"
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
         """A robot that drives beside its envelope, and says nothing.

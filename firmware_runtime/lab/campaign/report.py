@@ -86,6 +86,9 @@ class Report(Struct, frozen=True, kw_only=True):
             "never": list(self.never),
             "arrows": self.arrows,
             "never_taken": list(self.never_taken),
+            "fixed": [
+                {**each.finding.as_json(), "fixed": each.fixed} for each in self.kept if each.fixed
+            ],
             "run_again": self.run_again,
             "runs": self.runs,
             "space": self.space,

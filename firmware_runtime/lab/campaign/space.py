@@ -25,7 +25,9 @@ from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kin
 from firmware_runtime.lab.campaign.healthy import Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 
-FOR_A_WHILE_S: Final = 1.0
+_FOR_A_WHILE_S: Final = 1.0
+_DISARMED_S: Final = 3.0
+"""A while to an operator: longer than the last command of a motor is obeyed."""
 _BITS: Final = 64
 _GOLDEN: Final = 0x9E3779B97F4A7C15
 """The golden section of 2 to the power of 64, which is odd."""
@@ -239,4 +241,5 @@ def spans_of(kind: Kind) -> tuple[float | None, ...]:
     """How long a fault of a kind lasts: once, for a while, for ever, as far as it can."""
     if kind.is_moment:
         return (None,)
-    return (0.0, FOR_A_WHILE_S, None) if kind.can_be_once else (FOR_A_WHILE_S, None)
+    a_while = _DISARMED_S if kind.of == "people" else _FOR_A_WHILE_S
+    return (0.0, a_while, None) if kind.can_be_once else (a_while, None)

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Collection
 from functools import partial
 from hashlib import blake2b
+from itertools import takewhile
 from math import inf, isfinite
 from typing import Final
 
@@ -22,7 +23,7 @@ from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import Check, OutPort
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Device, Outcome
-from firmware_runtime.hal.strike import Breakable, Place
+from firmware_runtime.hal.strike import Breakable, Kind, Place
 from firmware_runtime.hal.wire_errors import WARNING, Fault
 from firmware_runtime.lab.campaign.asked import Asked
 from firmware_runtime.models.state_diagram import StateDiagram
@@ -186,6 +187,23 @@ class Watched:
         counted = self.session.executive.faults.counted
         found = [Said(each.path, each.kind, each.last_at) for each in counted]
         return max(found, key=lambda each: each.at, default=None)
+
+    def shown_at(self, place: Place, kind: Kind, since: int) -> int | None:
+        """Return when a fault of a kind that fails, made at an instant, first showed; None before.
+
+        On a bus that is with the first use; a port shows it when it begins, as devices on it may
+        send by themselves.
+        """
+        line = self.lines[place.line]
+        if place.line in self.rig.ports:
+            return None if line.struck_at is None else max(since, line.struck_at)
+        uses = takewhile(lambda use: use.at >= since, line.uses())
+        shown = [
+            use.at
+            for use in uses
+            if (place.is_line or use.address == place.address) and use.shows(kind)
+        ]
+        return shown[-1] if shown else None
 
     @property
     def struck_at(self) -> int | None:
