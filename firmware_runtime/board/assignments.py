@@ -52,4 +52,7 @@ def _toml(value: object) -> str:
         return dumps(fspath(value))
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
-    raise TypeError(f"{value!r}: expected a number, a text, true or false, or a list of these")
+    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+        return f"{{{', '.join(f'{_toml(key)} = {_toml(each)}' for key, each in value.items())}}}"
+    expected = "a number, a text, true or false, or a list or table of these"
+    raise TypeError(f"{value!r}: expected {expected}")

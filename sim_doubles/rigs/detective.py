@@ -75,6 +75,8 @@ class DetectiveRig(BoardRig):
     push_unit = "rad anticlockwise"
     said_within_s = 0.5
     """What its treads have turned is read so often (`treads.refresh_s`)."""
+    healed_within_s = 1.0
+    """Each chip is tried ten times a second, and no mission ends of one that failed once."""
 
     @property
     def unknowable(self) -> tuple[str, ...]:

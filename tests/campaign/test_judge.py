@@ -16,6 +16,7 @@ from firmware_drivers.hardware import HardwareModel
 from firmware_drivers.imu import Imu
 from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
+from firmware_drivers.treads import Treads
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -28,6 +29,7 @@ from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid
+from sim_doubles.rigs.detective import DetectiveRig
 from sim_doubles.rigs.tachobot import TachobotRig
 
 pytestmark = pytest.mark.slow
@@ -117,6 +119,24 @@ def test_a_rig_says_how_soon_its_robot_is_healthy_again(monkeypatch: pytest.Monk
     monkeypatch.setattr(hardware, "RETRY_AFTER", 3 * SECOND)
     with pytest.raises(AssertionError, match=r"unhealed of imu: 2\.2 s after the fault outputs"):
         assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_run_that_ends_of_a_fault_that_was_over_at_once_is_not_healed_where_its_rig_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    moment = Strike("brown-out", "treads", at_s=5.37)
+    assert_sound("detective", [moment], for_s=5.5)
+
+    def write_stop(model: Treads) -> None:
+        model.driver.stop()  # and the check of its wheels goes on from before
+
+    monkeypatch.setattr(Treads, "write_stop", write_stop)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match="unhealed of treads: the fault was over at once, and"):
+        assert_sound("detective", [moment], for_s=5.5)
+    monkeypatch.setattr(DetectiveRig, "healed_within_s", None)
+    healthy.cache_clear()
+    assert_sound("detective", [moment], for_s=5.5)
 
 
 def test_a_robot_that_does_not_do_what_it_is_for_is_found_and_not_struck(

@@ -21,7 +21,7 @@ from firmware_runtime import (
 )
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
-from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.assignments import assigned, assignments_of
 from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.devs.time import SECOND
@@ -210,7 +210,15 @@ def test_what_the_command_refuses_is_refused_here(
 
 
 def test_values_of_a_program_are_numbers_of_a_board() -> None:
-    values = {"a": True, "b": 2, "c": 0.5, "d": "x = 1", "e": (1, "2"), "f": Path("/dev/i2c-1")}
+    values = {
+        "a": True,
+        "b": 2,
+        "c": 0.5,
+        "d": "x = 1",
+        "e": (1, "2"),
+        "f": Path("/dev/i2c-1"),
+        "g": {"device": "/dev/ttyAMA0", "a b": {}},
+    }
     assert assignments_of(values) == [
         "a=true",
         "b=2",
@@ -218,7 +226,13 @@ def test_values_of_a_program_are_numbers_of_a_board() -> None:
         'd="x = 1"',
         'e=[1, "2"]',
         'f="/dev/i2c-1"',
+        'g={"device" = "/dev/ttyAMA0", "a b" = {}}',
     ]
+    assert dict(map(assigned, assignments_of(values))) == {
+        **values,
+        "e": [1, "2"],
+        "f": "/dev/i2c-1",
+    }
 
 
 # Outputs outside of this process ----------------------------------------------------------------

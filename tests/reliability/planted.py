@@ -147,6 +147,29 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         'Imu("imu", self.imu_chip, control_period(settings), ',
         'Imu("imu", self.imu_chip, 2 * control_period(settings), ',
     ),
+    "a step of a bring-up that fails is not reported": Mistake(
+        "tachobot",
+        "imu",
+        f"{MODELS}hardware.py",
+        '            self.note(error)\n            self.activate("bring_up_failed")\n',
+        '            self.activate("bring_up_failed")\n',
+    ),
+    "an MD25 that was reset is not noticed": Mistake(
+        "detective",
+        "treads",
+        f"{CHIPS}md25.py",
+        "        self._is_up = (acceleration, mode) == (self._acceleration, UNSIGNED)\n",
+        "        self._is_up = True\n",
+    ),
+    "the check of a wheel goes on from before it was stopped": Mistake(
+        "detective",
+        "treads",
+        f"{MODELS}treads.py",
+        '        """Stop both."""\n'
+        "        for wheel in self._wheels:\n"
+        "            wheel.begin_again()\n",
+        '        """Stop both."""\n',
+    ),
     "both treads are swapped": Mistake(
         "detective",
         "",

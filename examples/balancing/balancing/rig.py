@@ -49,6 +49,9 @@ class BalancingRig(BoardRig):
     off_within_s = MappingProxyType({"imu": 0.13})
     """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`)."""
     held_within_s = 0.25
+    healed_within_s = 2.0
+    """An IMU that had no supply is up after a second, with its gyro's bias, and then the pitch is
+    found anew."""
     borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 1.0})
     """It swings so far when it is pushed, and takes that up. Its place it knows by its own drive
     alone, having no encoders: what a fault makes of that is not found."""

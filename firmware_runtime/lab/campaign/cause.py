@@ -3,10 +3,11 @@
 from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.hal.strike import KINDS, Kind, Strike
 
 _FULL_ON: Final = "full-on"
+_AT_ONCE: Final = 50 * MILLISECOND
 _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
@@ -50,6 +51,7 @@ class Cause:
         self.may_rest = self.is_of_world or self.turns_it
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
+        self.is_over_at_once = self.end - self.at <= _AT_ONCE
 
 
 def end_of(at: int, span: int) -> int:

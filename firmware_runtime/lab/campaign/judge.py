@@ -307,9 +307,23 @@ class Judge:
                 "crash", text_of(outcome.error), look.at, where_raised(outcome.error)
             )
         figures = self._watched.robot.statistics
-        if (found := self._own() or self._found_in_the_end(look, figures)) is not None:
+        found = self._own() or self._found_in_the_end(look, figures) or self._given_up()
+        if found is not None:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)
+
+    def _given_up(self) -> tuple[str, str] | None:
+        """A run that has ended of a fault that was over at once, where its rig says that it heals.
+
+        A device that fails at its very first use may keep a run from beginning.
+        """
+        ending = self._watched.session.task.ending
+        is_small = self._cause.is_over_at_once and self._cause.leaves_no_doubt
+        if self._healthy.stated.healed_within_s is None or not is_small:
+            return None
+        if ending is None or not ending.failed:
+            return None
+        return "unhealed", f"the fault was over at once, and the run has ended: {ending.reason}"
 
     def closed(self) -> Verdict:
         """End the faults and the run, and judge that."""

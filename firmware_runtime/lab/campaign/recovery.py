@@ -25,8 +25,7 @@ class Recovery:
         self._watched = watched
         self._healthy = healthy
         self._cause = cause
-        healed = seconds(healthy.stated.healed_within_s)
-        self._off_for = healed if cause.leaves_no_doubt else RECOVER
+        self._off_for = healthy.stated.healed if cause.leaves_no_doubt else RECOVER
         """How long after them outputs may be off."""
         self._lost_at: int | None = None
 
@@ -45,7 +44,7 @@ class Recovery:
         found = off or self._astray(look) or (None if is_resting else self._unready())
         if found is not None:
             self._unwell_at = look.at
-        found = self._reporting(look, said) or found
+        found = off or self._reporting(look, said) or found
         if found is not None:
             self.well_since = None
             most = RECOVER if off is None else self._off_for

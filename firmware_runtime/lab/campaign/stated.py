@@ -27,8 +27,9 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     said_within_s: Span = WITHIN_S
     """In which a fault has to be reported or outputs off."""
-    healed_within_s: Span = RECOVER_S
-    """After a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
+    healed_within_s: Span | None = None
+    """After a fault of a bus, or of a chip's supply, in which outputs have to be on again; and no
+    run ends of one that was over at once. None is `RECOVER_S`, and a run that may end."""
     held_within_s: Span | None = None
     """For which outputs may be on and none of them change: then nothing commands them. None where
     they keep a place, as servos do."""
@@ -50,6 +51,11 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def held(self) -> int:
         """Ns of `held_within_s`; NEVER for None."""
         return NEVER if self.held_within_s is None else seconds(self.held_within_s)
+
+    @property
+    def healed(self) -> int:
+        """Ns of `healed_within_s`, or of what holds for any robot."""
+        return seconds(RECOVER_S if self.healed_within_s is None else self.healed_within_s)
 
     @property
     def off_within(self) -> dict[str, int]:
