@@ -178,7 +178,7 @@ def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
     for kind, a_while in (("disarm", 3.0), ("hold", 1.0)):
         numbers += [numbers_of(kind, for_s, device="")[3] for for_s in (a_while, None)]
     numbers += numbers_of("reload", None, device="")[3:4]
-    rows = list(forked(SHORT, numbers))
+    rows = list(forked(healthy(SHORT), numbers))
     assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)
     for row in rows:
         assert rerun(row) == row
@@ -186,14 +186,14 @@ def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
 
 @pytest.mark.slow
 def test_of_rows_that_are_run_again_those_that_differ_are_returned() -> None:
-    rows = list(forked(SHORT, list(islice(in_courses(space_of(SHORT)), 6))))
+    rows = list(forked(healthy(SHORT), list(islice(in_courses(space_of(SHORT)), 6))))
     assert rerun_many(rows, 3, workers=1) == (3, [])
     changed = {**rows[2], "digest": "another"}
     assert rerun_many([*rows[:2], changed, *rows[3:]], 100, workers=1) == (6, [rows[2]])
     moved = {**rows[2], "at_s": 1.0}
     with pytest.raises(ConfigError, match="1 of 6 rows are other faults of tachobot by now"):
         rerun_many([*rows[:2], moved, *rows[3:]], 100, workers=1)
-    (pair,) = forked(replace(SHORT, pairs=1), [space_of(SHORT).singles])
+    (pair,) = forked(healthy(replace(SHORT, pairs=1)), [space_of(SHORT).singles])
     assert rerun_many([*rows, pair], 7, workers=1) == (7, [])
 
 
@@ -203,7 +203,7 @@ def test_a_fault_that_is_over_before_outputs_are_given_up_is_not_the_one_for_eve
     space = space_of(mission)
     last = range(len(space) - 500, len(space))
     numbers = [n for n in last if str(space[n].strikes[0]) == "arbitration of i2c1"][-2:]
-    rows = list(forked(mission, numbers))
+    rows = list(forked(healthy(mission), numbers))
     assert len({row["digest"] for row in rows}) == 2
     for row in rows:
         assert rerun(row) == row
@@ -214,13 +214,13 @@ def test_a_process_that_dies_for_one_fault_is_not_the_other_ones_verdict(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     numbers = [numbers_of("nack", for_s)[0] for for_s in (1.0, None)]
-    rows = list(forked(SHORT, numbers))
+    rows = list(forked(healthy(SHORT), numbers))
 
     def dying(*_asked: object) -> object:
         os._exit(3)
 
     monkeypatch.setattr(trial, "_together", dying)
-    assert list(forked(SHORT, numbers)) == rows
+    assert list(forked(healthy(SHORT), numbers)) == rows
 
 
 @pytest.mark.slow
@@ -236,7 +236,7 @@ def test_pairs_strike_within_a_second_and_are_shortened_to_one_where_one_will_do
     order = list(in_courses(space, 100))
     assert len(order) == 150
     assert sum(number >= space.singles for number in order[:30]) == 10
-    (row, *_) = forked(paired, [space.singles + 3])
+    (row, *_) = forked(healthy(paired), [space.singles + 3])
     assert trial_of(row) == Trial(replace(paired, pairs=0), pairs[3].strikes)
     assert rerun(row) == row
 
@@ -277,7 +277,7 @@ def test_a_stale_value_that_is_passed_on_is_found_shortened_and_saved(
     planted: Callable[[Callable[..., Any]], None], tmp_path: Path
 ) -> None:
     planted(last_again())
-    rows = list(forked(UNCHECKED, numbers_of("nack", None)[:2]))
+    rows = list(forked(healthy(UNCHECKED), numbers_of("nack", None)[:2]))
     assert {row["outcome"] for row in rows} == {"stale"}
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(
@@ -313,7 +313,7 @@ def test_what_is_raised_in_a_struck_robot_is_a_crash_with_its_place(
             return list(asked)[7]
 
     planted(read_sample)
-    rows = forked(SHORT, numbers_of("nack", None)[:1])
+    rows = forked(healthy(SHORT), numbers_of("nack", None)[:1])
     place = f"{Path(__file__).name}:{_line_of('list(asked)[7]')}"
     assert [(row["outcome"], row["model"]) for row in rows] == [("crash", place)]
 
@@ -339,10 +339,10 @@ def check_wrong_by_itself(folder: Path, oracle: str, said: str) -> None:
 @pytest.mark.slow
 def test_a_stretch_whose_time_is_over_opens_no_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = numbers_of("nack", None)[:2]
-    rows = list(forked(SHORT, numbers, until=0.0, is_first=True))
+    rows = list(forked(healthy(SHORT), numbers, until=0.0, is_first=True))
     assert len(rows) >= 1
     monkeypatch.setattr(Mission, "opened", lambda *_: pytest.fail("it was opened"))
-    assert list(forked(SHORT, numbers, until=0.0)) == []
+    assert list(forked(healthy(SHORT), numbers, until=0.0)) == []
 
 
 @pytest.mark.slow
@@ -503,7 +503,7 @@ def test_a_rig_has_an_oracle_and_a_limit_of_its_own(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(TachobotRig, "said_within_s", 1.25, raising=False)
     mission = Mission(board="tachobot", for_s=0.5)
     assert healthy(mission).within == 1.25 * SECOND
-    (row,) = forked(mission, [len(space_of(mission)) - 1])
+    (row,) = forked(healthy(mission), [len(space_of(mission)) - 1])
     assert (row["outcome"], row["what"]) == ("own", "it is watched")
     healthy.cache_clear()
 

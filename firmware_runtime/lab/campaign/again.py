@@ -58,7 +58,7 @@ def rerun_many(
         fault = f"{len(moved)} of {count} rows are other faults of {mission.board} by now"
         one = f", row {moved[0]} for one"
         raise ConfigError.of_one("campaign", f"{fault}{one}", "a table of the robot as it is")
-    job = Stretches(mission=mission, parts=in_parts(list(chosen)))
+    job = Stretches(found=healthy(mission), parts=in_parts(list(chosen)))
     others: list[Row] = []
     done = 0
     for again in chain.from_iterable(carried_out(job, range(len(job.parts)), workers, None)):

@@ -156,7 +156,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             partial = stack.enter_context(kept)
         rows = {} if partial is None else dict(partial.rows)
         parts = in_parts(chosen, rows)
-        job = Stretches(mission=mission, parts=parts, until=until, oracle=oracle)
+        job = Stretches(found=healthy(mission), parts=parts, until=until, oracle=oracle)
         found = sum(map(is_wrong, rows.values()))
         for row in stack.enter_context(closing(_rows_of(job, workers, scheduler))):
             rows[number_of(row)] = row

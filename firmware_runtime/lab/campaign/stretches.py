@@ -1,5 +1,7 @@
 """Stretches: runs of a campaign as parts of a job, each of which shares one healthy run.
 
+What is known of healthy runs goes with the job: no process of it makes them again.
+
 The runs of a stretch are spread evenly over the space. What was done first is spread as evenly as
 all of it, so a campaign that is ended early has seen a fair share.
 """
@@ -9,9 +11,9 @@ from typing import Final
 
 from msgspec import Struct
 
+from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.judge import Oracle
-from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.campaign.trial import forked, lost
 from firmware_runtime.lab.sweeps.row import Row
 
@@ -23,7 +25,7 @@ LARGEST: Final = 256
 class Stretches(Struct, frozen=True, kw_only=True):
     """The runs of a campaign as parts of a job."""
 
-    mission: Mission
+    found: Healthy
     parts: tuple[tuple[int, ...], ...]
     """Numbers in the space, by part."""
     until: float | None = None
@@ -33,12 +35,12 @@ class Stretches(Struct, frozen=True, kw_only=True):
     def run(self, number: int) -> list[Row]:
         """Run one part."""
         part, is_first = self.parts[number], number == 0
-        return [*forked(self.mission, part, self.oracle, self.until, is_first=is_first)]
+        return [*forked(self.found, part, self.oracle, self.until, is_first=is_first)]
 
     def lost(self, number: int, why: str) -> list[Row]:
         """Return the rows of a part whose process ended each time it was tried."""
-        space = space_of(self.mission)
-        return [lost(self.mission, each, space[each], why) for each in self.parts[number]]
+        mission, space = self.found.mission, Space(self.found)
+        return [lost(mission, each, space[each], why) for each in self.parts[number]]
 
 
 def in_parts(chosen: Sequence[int], done: Collection[int] = ()) -> tuple[tuple[int, ...], ...]:

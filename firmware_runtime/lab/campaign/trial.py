@@ -24,7 +24,7 @@ from firmware_runtime.lab.campaign.fork import HANGS, in_child
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, healthy
 from firmware_runtime.lab.campaign.judge import Judge, Oracle
 from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.space import Case, space_of
+from firmware_runtime.lab.campaign.space import Case, Space
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Watched
 from firmware_runtime.lab.sweeps.row import Cell, Row, release
@@ -110,20 +110,23 @@ def _strike(kind: Cell, device: Cell, at_s: Cell, for_s: Cell, amount: Cell) -> 
 
 
 def alone(
-    trial: Trial, number: int = 0, oracle: Oracle | None = None, record: Path | None = None
+    trial: Trial,
+    number: int = 0,
+    oracle: Oracle | None = None,
+    record: Path | None = None,
+    found: Healthy | None = None,
 ) -> Row:
     """Run a trial from its start, in a child of its own; with `record` its recording is kept."""
+    known = healthy(trial.mission) if found is None else found
 
     def work() -> Row:
-        found = healthy(trial.mission)
-        return trial.row(number, _from_the_start(trial, found, oracle, record))
+        return trial.row(number, _from_the_start(trial, known, oracle, record))
 
-    healthy(trial.mission)  # the child has it, and the next one, too
     return _answered(trial, number, in_child(work))
 
 
 def forked(
-    mission: Mission,
+    found: Healthy,
     numbers: Sequence[int],
     oracle: Oracle | None = None,
     until: float | None = None,
@@ -138,16 +141,16 @@ def forked(
     """
     if _is_over(until) and not is_first:
         return
-    space, found = space_of(mission), healthy(mission)
+    mission, space = found.mission, Space(found)
     cases = sorted(((space[number], number) for number in numbers), key=_order)
-    with _healthy_again(mission, found) as watched:
+    with _healthy_again(found) as watched:
         for place, (_, alike) in enumerate(groupby(cases, _course)):
             if _is_over(until) and not (is_first and place == 0):
                 return
             course = [(Trial(mission, case.strikes), number) for case, number in alike]
             before = space[course[0][1]].before
             if before == AT_START:
-                yield from (alone(trial, number, oracle) for trial, number in course)
+                yield from (alone(trial, number, oracle, None, found) for trial, number in course)
                 continue
             while watched.at < before:
                 watched.go_on()
@@ -214,8 +217,8 @@ def _together(
 
 
 @contextmanager
-def _healthy_again(mission: Mission, found: Healthy) -> Iterator[Watched]:
-    robot = mission.opened()
+def _healthy_again(found: Healthy) -> Iterator[Watched]:
+    robot = found.mission.opened()
     try:
         robot.session.hardware.struck  # noqa: B018 -- made once, here
         watched = Watched(robot, found.not_finite)
