@@ -150,7 +150,7 @@ def forked(
             course = [(Trial(mission, case.strikes), number) for case, number in alike]
             before = space[course[0][1]].before
             if before == AT_START:
-                yield from (alone(trial, number, oracle, None, found) for trial, number in course)
+                yield from (alone(trial, number, oracle, found=found) for trial, number in course)
                 continue
             while watched.at < before:
                 watched.go_on()

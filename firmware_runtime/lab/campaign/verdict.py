@@ -10,11 +10,13 @@
 | `stale` | a device fails at each use, and its model sends values all the same |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
 | | or what was reported is about something else |
+| `mute` | it is off for a second where healthy ones are on, and nothing was reported |
 | `slowed` | the robot is driven, and uses a device half as often that is not at fault |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
-| `unhealed` | long after a fault outputs are off, or it is still reported |
+| `unhealed` | long after a fault outputs are off, or it is still reported; or a run has ended of |
+| | one that was over at once, where the rig says that it heals |
 | `invented` | a fault is reported in a mission without any |
 | `idle` | a mission without any fault never has an output on |
 | `missed` | a mission without any fault does not come to what it is for, as the rig knows |
@@ -29,11 +31,6 @@ from typing import Final
 from msgspec import Struct
 
 SOUND: Final = "sound"
-ORACLES: Final = (
-    *("crash", "hang", "on", "held", "stale", "late", "slowed", "silent", "not-finite", "astray"),
-    *("unhealed", "invented", "idle", "missed", "misused", "paced", "account", "own"),
-)
-
 OF_TRUTH: Final = ("silent", "astray")
 """Those that go by the numbers of its world's truth."""
 
