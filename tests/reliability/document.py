@@ -151,10 +151,11 @@ def _mutants(kept: Kept) -> Iterator[str]:
 
 
 def _soak(kept: Kept) -> Iterator[str]:
-    yield "| robot | hours | faults | runs | activations | memory grew by, MB | what was wrong |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| robot | of | hours | faults | runs | activations | memory grew by, MB | wrong |"
+    yield "|---|---|---|---|---|---|---|---|"
     for each in kept.result.figures["boards"]:
         found = [
+            each.get("commit") or kept.commit,
             *(f"{each['robot_s'] / 3600:.2f}", f"{each['faults']:,}", each["runs"]),
             *(f"{each['activations']:,}", each["growth_mb"], "; ".join(each["wrong"]) or "nothing"),
         ]

@@ -12,13 +12,14 @@ import random
 import sys
 import tempfile
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Final, Literal
 
+import msgspec
 from msgspec import Struct
 
 from firmware_runtime import FirmwareRuntimeError, open_board
@@ -29,7 +30,7 @@ from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.this_system import allowed_cpus
-from tests.reliability.results import Result
+from tests.reliability.results import Result, commit, read_kept
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
 MINUTE_S: Final = 60.0
@@ -46,6 +47,8 @@ class Soaked(Struct, kw_only=True):
     """What became of one board."""
 
     board: str
+    commit: str = ""
+    """Of the code that ran."""
     robot_s: float = 0.0
     faults: int = 0
     runs: int = 1
@@ -63,6 +66,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--minutes", type=float, help="of this machine, for all of them together")
     parser.add_argument("--boards", nargs="+", choices=BOARDS, default=list(BOARDS))
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--add", action="store_true", help="to what is kept of other robots")
     parser.add_argument("--real", action="store_true", help="in real time, with the same faults")
 
 
@@ -81,22 +85,34 @@ def execute(arguments: argparse.Namespace) -> Result:
             sys.stdout.write(f"{soaked}\n")
             sys.stdout.flush()
             found.append(soaked)
+    name = "soak-real" if arguments.real else "soak"
+    kept = read_kept(name) if arguments.add else None
+    if kept is not None:
+        found = added(msgspec.convert(kept.result.figures["boards"], list[Soaked]), found)
     wrong = [f"{each.board}: {fault}" for each in found for fault in each.wrong]
     hours = sum(each.robot_s for each in found) / 3600
     faults = sum(each.faults for each in found)
     return Result(
-        name="soak-real" if arguments.real else "soak",
+        name=name,
         summary=f"{hours:.2f} h of {len(found)} robots, {faults} faults, {len(wrong)} wrong",
         is_sound=not wrong,
         figures={"boards": found, "wrong": wrong},
+        is_read=kept is not None,
     )
+
+
+def added(earlier: Sequence[Soaked], found: Sequence[Soaked]) -> list[Soaked]:
+    """Return what became of robots beside what did of others before."""
+    again = [each.board for each in found]
+    return [*(each for each in earlier if each.board not in again), *found]
 
 
 def _soaked(
     board: str, seed: int, *, robot_s: float, limit_s: float | None, is_real: bool
 ) -> Soaked:
     chance = random.Random(seed)  # noqa: S311 -- to be repeated
-    soaked, until = Soaked(board=board), time.monotonic() + (limit_s or float("inf"))
+    soaked = Soaked(board=board, commit=commit())
+    until = time.monotonic() + (limit_s or float("inf"))
     first: tuple[float, int] | None = None
     with (
         tempfile.TemporaryDirectory(dir="/dev/shm") as folder,

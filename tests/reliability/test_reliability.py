@@ -126,6 +126,12 @@ def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board:
     assert soaked.keyframes > 0
 
 
+def test_a_robot_that_is_soaked_again_takes_the_place_of_what_became_of_it_before() -> None:
+    first, other = soak.Soaked(board="tachobot", faults=1), soak.Soaked(board="detective", faults=2)
+    again = soak.Soaked(board="tachobot", faults=3)
+    assert soak.added([first, other], [again]) == [other, again]
+
+
 def test_the_document_is_what_the_results_say() -> None:
     assert document.DOCUMENT.read_text(encoding="utf-8") == document.text()
     table = document.SAFETY.read_text(encoding="utf-8").partition(document.BEGIN)[2]

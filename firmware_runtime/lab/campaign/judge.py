@@ -245,8 +245,9 @@ class Judge:
 
     def _mute(self, look: Look) -> tuple[str, str] | None:
         """A robot that is off for a while where healthy ones are on, and does not say why."""
-        is_mute = self._said is None and self._cause.is_failure and self._healthy.is_on(look.at)
-        if not is_mute or self._watched.asked.has_output_on:
+        may_be = self._said is None and self._cause.is_failure and not look.is_on
+        is_mute = may_be and self._healthy.is_on(look.at)
+        if not is_mute or self._watched.asked.has_output_on:  # what brakes is not driven, and on
             self._mute_since = None
             return None
         if self._mute_since is None:
