@@ -5,9 +5,10 @@ that is `Pushable` can be pushed too, one that is `Holdable` can be held.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final, Protocol, TypeAlias
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -61,6 +62,8 @@ class NoDevices(Struct, frozen=True):
 
 
 NO_DEVICES: Final = NoDevices()
+Blamed: TypeAlias = Callable[[str], AbstractContextManager[None]]
+"""Given what is done, a context in which it is."""
 
 
 class HasLines(Protocol):
@@ -95,20 +98,23 @@ class StruckDoubles:
     """Doubles in this process, on the clock `now`, and the faults that were made on them.
 
     `stall` lets so many ns of a run in virtual time pass in which it does nothing; of a run on them
-    there is an `operator`, too.
+    there is an `operator`, too. `blamed` takes what pushing and holding raises for a fault of what
+    does it.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 -- a run has more to it than doubles alone
         self,
         doubles: HasLines,
         devices: HasDevices,
         now: Callable[[], int],
         stall: Callable[[int], None] | None = None,
         operator: Operator | None = None,
+        blamed: Blamed | None = None,
     ) -> None:
         self._doubles = doubles
         self._stall = stall
         self._operator = operator
+        self._blamed = blamed or _unblamed
         self._now = now
         self._lines = dict(_breakable(doubles))
         self.places = [*_places(self._lines, devices, self._fit)]
@@ -204,14 +210,16 @@ class StruckDoubles:
         if kind == "stall" and self._stall is not None:
             self._stall(max(0, round(amount * MILLISECOND)))
         elif isinstance(self._doubles, Pushable):
-            self._doubles.catch_up()
-            self._doubles.push(amount)
+            with self._blamed("push"):
+                self._doubles.catch_up()
+                self._doubles.push(amount)
 
     def _hold(self) -> None:
         """Hold the robot, or let go of it, as it is to be now."""
         if isinstance(self._doubles, Holdable):
-            self._doubles.catch_up()
-            self._doubles.hold(is_held=self._held.have(self._now()))
+            with self._blamed("hold"):
+                self._doubles.catch_up()
+                self._doubles.hold(is_held=self._held.have(self._now()))
 
     def _call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call once, now or with the first use of any line after `at`; at NEVER not at all."""
@@ -267,6 +275,10 @@ class StruckDoubles:
 
     def _names(self) -> list[str]:
         return [place.name for place in self.places]
+
+
+def _unblamed(_done: str) -> AbstractContextManager[None]:
+    return nullcontext()
 
 
 def _breakable(doubles: HasLines) -> Iterator[tuple[str, Breakable]]:

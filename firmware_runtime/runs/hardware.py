@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -106,7 +107,12 @@ class Hardware:
             self._operator = ScriptedOperator()
             self._attend()
             self._struck = StruckDoubles(
-                self.rig, self._board, self.world_now, self._stall, self._operator
+                self.rig,
+                self._board,
+                self.world_now,
+                self._stall,
+                self._operator,
+                partial(blamed_on_rig, self._board),
             )
         return self._struck
 

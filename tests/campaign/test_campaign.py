@@ -383,13 +383,18 @@ def test_what_the_oracle_of_a_test_has_found_is_kept_as_a_test_that_fails(tmp_pa
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "is_property"),
-    [("truth", False), ("judge", False), ("lost", False), ("outputs", True)],
+    [
+        *(("truth", False), ("judge", False), ("lost", False), ("push", False), ("hold", False)),
+        *(("outputs", True), ("is_driven", True)),
+    ],
 )
-@pytest.mark.parametrize("raised", [ValueError("out of tune"), SystemExit("out of tune")])
+@pytest.mark.parametrize(
+    "raised", [ValueError("out of tune"), AttributeError("out of tune"), SystemExit("out of tune")]
+)
 def test_a_rig_that_raises_is_refused_by_its_part(
     monkeypatch: pytest.MonkeyPatch, part: str, raised: BaseException, *, is_property: bool
 ) -> None:
-    def broken(_: object) -> object:
+    def broken(*_: object, **__: object) -> object:
         raise raised
 
     put = property(broken) if is_property else broken

@@ -17,6 +17,7 @@ from firmware_drivers.imu import Imu
 from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
 from firmware_drivers.treads import Treads
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -24,15 +25,19 @@ from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import assert_sound
+from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.lab.campaign.watched import EVERY, Watched
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid
 from sim_doubles.rigs.detective import DetectiveRig
 from sim_doubles.rigs.tachobot import TachobotRig
 
 pytestmark = pytest.mark.slow
+SILENT_IMU = Strike("nack", "imu", at_s=2.0, for_s=0.2)
 
 
 @pytest.fixture(autouse=True)
@@ -149,6 +154,51 @@ def test_a_robot_that_does_not_do_what_it_is_for_is_found_and_not_struck(
 
     monkeypatch.setattr(Pid, "_answer", halved)
     assert found_without_fault(3.0).startswith("missed of world: its yaw is 2")
+
+
+def test_what_is_wrong_in_another_world_alone_says_in_which(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own, *_, last = (seed or 0 for seed in Mission(board="tachobot").seeds(4))
+
+    def judge(rig: TachobotRig) -> str | None:
+        return "it is unlucky" if rig._settings.world.seed == last else None
+
+    monkeypatch.setattr(TachobotRig, "judge", judge, raising=False)
+    (finding,) = campaign("tachobot", for_s=0.5, runs=5, workers=1).findings
+    assert last != own
+    assert f"--seed {last}" in finding.lines[1]
+
+
+def test_a_robot_that_rests_later_than_healthy_ones_is_healed_and_one_that_gives_up_is_not() -> (
+    None
+):
+    known, cause = healthy(Mission(board="tachobot", for_s=3.0)), Cause([SILENT_IMU], ["imu"])
+    with Mission(board="tachobot", for_s=3.0).opened() as robot:
+        watched = Watched(robot)
+        watched.go_on(to=cause.end)
+        recovery = Recovery(watched, known, cause)
+        look = watched.look()
+
+        def said(*on_and_off: tuple[bool, float]) -> str | None:
+            at, found = cause.end, None
+            for is_on, for_s in on_and_off:
+                for _ in range(round(for_s * SECOND) // EVERY):
+                    at += EVERY
+                    found = recovery.judge(replace(look, at=at, is_on=is_on)) or found
+            return None if found is None else found[1]
+
+        assert said((False, 2.0), (True, 0.2), (False, 2.0), (True, 0.2)) is None
+        found = said((True, 0.2), (False, 2.4))
+    assert found == "2.2 s after they were on again outputs are off"
+
+
+def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails() -> None:
+    stuck, silent = (
+        Strike("stuck", "thrust_pairs", at_s=1.2, for_s=1.0),
+        Strike("nack", "imu", at_s=1.25, for_s=1.0),
+    )
+    assert_sound("tachobot", [stuck, silent], for_s=3.0)
 
 
 def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(

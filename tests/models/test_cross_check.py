@@ -72,6 +72,18 @@ def test_the_fault_is_repeated_once_a_window_and_says_for_how_long(bench: Bench)
     assert {fault.consecutive for fault in bench.values("fault")} == {1}
 
 
+def test_a_fault_that_is_repeated_as_both_come_nearer_says_what_it_takes_to_agree_again(
+    bench: Bench,
+) -> None:
+    bench.turn(0, 1000, true=1.0, said=0.0)
+    for at in range(1000, 4000, 10):
+        bench.put(at, rate=0.0, value=1.0)
+    bench.run(4000)
+    first, second = (fault.reason for fault in bench.values("fault"))
+    assert first.endswith("expected 0.5 at most between both")
+    assert second.endswith("expected 0.25 at most to agree again")
+
+
 def test_they_agree_again_once_both_say_the_same(bench: Bench) -> None:
     bench.turn(0, 1000, true=1.0, said=0.0)
     bench.turn(1000, 9000, true=0.0, said=0.0)

@@ -5,13 +5,13 @@ Whatever it raises is the fault of its package, and no finding.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import msgspec
 from msgspec import Struct
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Driven, Judging, Losable, Noted, Purposeful, Rig, Truthful
+from firmware_runtime.board.rig import Driven, Noted, Rig
 from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.board.strict import shown
 from firmware_runtime.errors import SettingError
@@ -28,12 +28,12 @@ class Asked:
     def __init__(self, rig: Rig, board: Board) -> None:
         self._rig = rig
         self._board = board
-        # asked once: to look at a protocol takes longer than to look at the robot
-        self._driven = rig if isinstance(rig, Driven) else None
-        self._truth = self._method("truth", is_there=isinstance(rig, Truthful))
-        self._lost = self._method("lost", is_there=isinstance(rig, Losable))
-        self._judge = self._method("judge", is_there=isinstance(rig, Judging))
-        self._missed = self._method("missed", is_there=isinstance(rig, Purposeful))
+        # by name: to look at a protocol asks a property for its value
+        self._driven = cast("Driven", rig) if "is_driven" in dir(rig) else None
+        self._truth = self._method("truth")
+        self._lost = self._method("lost")
+        self._judge = self._method("judge")
+        self._missed = self._method("missed")
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
@@ -116,8 +116,8 @@ class Asked:
                 return found
             raise SettingError(f"{part}() {shown(found)}", expected="a sentence or None")
 
-    def _method(self, part: str, *, is_there: bool) -> Method | None:
-        if not is_there:
+    def _method(self, part: str) -> Method | None:
+        if part not in dir(self._rig):
             return None
         with blamed_on_rig(self._board, part):
             method: object = getattr(self._rig, part)

@@ -79,10 +79,11 @@ class Finding(Struct, frozen=True, kw_only=True):
         chosen = " ".join(["on", *self.mission.words])
         row = f"row {self.row}" if self.faults else "no row"
         kept = f"kept as {self.test}" if self.test else row
+        after = ", after its mission" * (self.at_s > self.mission.for_s and not self.faults)
         return [
             f"{self.oracle} of {self.model}: {self.what}{alike}",
             f"  {script} {chosen}",
-            f"  known at {self.at_s:g} s{', another one each time' * self.is_flaky}; {kept}",
+            f"  known at {self.at_s:g} s{after}{', another one each time' * self.is_flaky}; {kept}",
         ]
 
     def as_json(self) -> dict[str, object]:
@@ -143,6 +144,8 @@ def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | N
     wrong = wrong_without_faults(mission)
     if wrong is None:
         return None
+    if wrong.seed is not None:
+        mission = replace(mission, seed=wrong.seed)
     finding = Finding(
         oracle=wrong.oracle,
         model=wrong.model,

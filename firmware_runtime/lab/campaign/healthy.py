@@ -12,10 +12,11 @@ from itertools import takewhile
 from typing import Final, TypeVar
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.strike import Kind, Place, Use
+from firmware_runtime.hal.strike import Kind, Place, Strike, Use
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
@@ -88,6 +89,8 @@ class Wrong(Struct, frozen=True):
     model: str
     what: str
     at: int
+    seed: int | None = None
+    """The seed of the world that shows it; None is the mission's own."""
 
 
 class Healthy(Struct, frozen=True):
@@ -140,7 +143,8 @@ class Healthy(Struct, frozen=True):
 @lru_cache(maxsize=4)
 def healthy(mission: Mission) -> Healthy:
     """Run a mission healthy, a few times. Raises ConfigError for one that fails by itself."""
-    runs = [_Run(mission, seed) for seed in mission.seeds(RUNS)]
+    seeds = mission.seeds(RUNS)
+    runs = [_Run(mission, seed) for seed in seeds]
     first = runs[0]
     if faults := [f"--without {each}" for each in faults_of(mission.without, first.places)]:
         raise ConfigError("campaign", faults)
@@ -161,7 +165,7 @@ def healthy(mission: Mission) -> Healthy:
         least_uses=_least(runs),
         unready=first.unready,
         within=first.within,
-        wrong=next((each.wrong for each in runs if each.wrong is not None), None) or _idle(runs),
+        wrong=_first_wrong(runs, [None, *seeds[1:]]) or _idle(runs),
     )
 
 
@@ -198,6 +202,8 @@ class _Run:
             self.unready = frozenset(watched.unready())
             self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
+            if watched.outcome is None:
+                _push(watched)
         by_line = [(each.line, each.use) for each in self.uses]
         is_on = [look.is_on for look in self.looks]
         self.least_uses = least_uses(self.places, by_line, is_on)
@@ -217,6 +223,14 @@ class _Run:
             fresh = [*takewhile(lambda use: use.at > since, line.uses())]  # noqa: B023 -- now
             self.uses += [UseOfLine(name, use, before) for use in reversed(fresh)]
             self._noted[name] = fresh[0].at if fresh else since
+
+
+def _first_wrong(runs: Sequence[_Run], seeds: Sequence[int | None]) -> Wrong | None:
+    """Return what is wrong in the first run that goes wrong, with its seed."""
+    for run, seed in zip(runs, seeds, strict=True):
+        if run.wrong is not None:
+            return replace(run.wrong, seed=seed)
+    return None
 
 
 def _least(runs: Sequence[_Run]) -> dict[str, int]:
@@ -278,6 +292,15 @@ def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
     for note in asked.notes:
         return Wrong("misused", "world", f"{note}; no fault was made", at)
     return None
+
+
+def _push(watched: Watched) -> None:
+    """Push and hold it once, as faults do: a rig that raises then is refused."""
+    struck = watched.session.hardware.struck
+    for kind in struck.kinds:
+        if kind.of == "world":
+            struck.strike(Strike(kind.name))
+    struck.clear()
 
 
 def _check(mission: Mission, watched: Watched) -> None:

@@ -158,10 +158,10 @@ class Judge:
         return None
 
     def _blind(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is driven on without a device that it needs."""
+        """A robot that is driven on without a device that it needs, and could be off."""
         for device, since, end in self._failing() if look.is_on else ():
             most = self._off_within.get(device, NEVER)
-            if look.at <= end and look.at - since > most:
+            if look.at <= end and look.at - max(since, self._cause.held_until) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
 

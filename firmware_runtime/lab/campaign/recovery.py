@@ -28,6 +28,9 @@ class Recovery:
         self._off_for = healthy.stated.healed if cause.leaves_no_doubt else RECOVER
         """How long after them outputs may be off."""
         self._lost_at: int | None = None
+        self._on_at = cause.end
+        """When outputs were last on, or the end of its faults: a mission that goes on later than
+        healthy ones also rests later."""
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
@@ -44,11 +47,13 @@ class Recovery:
         found = off or self._astray(look) or (None if is_resting else self._unready())
         if found is not None:
             self._unwell_at = look.at
-        found = off or self._reporting(look, said) or found
+        if off is not None:
+            self.well_since = None
+            return off if look.at - self._on_at > self._off_for else None
+        found = self._reporting(look, said) or found
         if found is not None:
             self.well_since = None
-            most = RECOVER if off is None else self._off_for
-            return found if look.at - self._cause.end > most else None
+            return found if look.at - self._cause.end > RECOVER else None
         if self.well_since is None:
             self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
@@ -64,12 +69,15 @@ class Recovery:
 
         Where the faults have moved it, off is right for as long as something is said.
         """
+        if look.is_on:
+            self._on_at = max(look.at, self._cause.end)
         if look.is_on or not self._healthy.is_on(look.at):
             return None
         said = self._watched.said_last() if self._cause.may_rest else None
         if said is not None and said.at >= look.at - _SAID_LATELY:
             return None
-        return "unhealed", f"{self._off_for / SECOND:g} s after the fault outputs are off"
+        begin = "the fault" if self._on_at == self._cause.end else "they were on again"
+        return "unhealed", f"{self._off_for / SECOND:g} s after {begin} outputs are off"
 
     def _unready(self) -> tuple[str, str] | None:
         """Return that a device speaks against arming which does not when all is well."""

@@ -105,4 +105,4 @@ def _plain(value: object) -> object:
 
 
 def _unknown(found: Iterable[str], known: Sequence[str]) -> Iterator[str]:
-    return (expected_one_of(each, known) for each in found if each not in known)
+    return (f"{each}: {expected_one_of(each, known)}" for each in found if each not in known)
