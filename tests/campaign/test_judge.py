@@ -199,6 +199,8 @@ def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails
         Strike("nack", "imu", at_s=1.25, for_s=1.0),
     )
     assert_sound("tachobot", [stuck, silent], for_s=3.0)
+    weak = Strike("weak", "thrust_pairs", at_s=1.2)
+    assert Cause([weak, silent], ["thrust_pairs"]).out_of_reach_until == 0
 
 
 def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(

@@ -46,11 +46,15 @@ class Cause:
         self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self.drives = any(kind.of == "actuator" for kind in kinds)
         self.turns_it = any(kind.name == _FULL_ON for kind in kinds)
-        holding = [end_of(each.at, each.span) for each in strikes if each.device in driving]
-        self.holds_outputs = bool(holding)
+        self.holds_outputs = not {each.device for each in strikes}.isdisjoint(driving)
         """Whether it may keep a robot from its own outputs."""
-        self.held_until = max(holding, default=0)
-        """Until when."""
+        out_of_reach = [
+            end_of(each.at, each.span)
+            for each in strikes
+            if each.device in driving and each.kind in _KEPT_OFF
+        ]
+        self.out_of_reach_until = max(out_of_reach, default=0)
+        """Until when nothing may reach what drives."""
         self.may_rest = self.is_of_world or self.turns_it
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)

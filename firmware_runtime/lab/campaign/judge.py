@@ -161,7 +161,7 @@ class Judge:
         """A robot that is driven on without a device that it needs, and could be off."""
         for device, since, end in self._failing() if look.is_on else ():
             most = self._off_within.get(device, NEVER)
-            if look.at <= end and look.at - max(since, self._cause.held_until) > most:
+            if look.at <= end and look.at - max(since, self._cause.out_of_reach_until) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
 
