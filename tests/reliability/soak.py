@@ -21,6 +21,7 @@ from typing import Final, Literal
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime import FirmwareRuntimeError, open_board
 from firmware_runtime.devs.time import SECOND
@@ -88,7 +89,9 @@ def execute(arguments: argparse.Namespace) -> Result:
     name = "soak-real" if arguments.real else "soak"
     kept = read_kept(name) if arguments.add else None
     if kept is not None:
-        found = added(msgspec.convert(kept.result.figures["boards"], list[Soaked]), found)
+        boards = msgspec.convert(kept.result.figures["boards"], list[Soaked])
+        earlier = [replace(each, commit=each.commit or kept.commit) for each in boards]
+        found = added(earlier, found)
     wrong = [f"{each.board}: {fault}" for each in found for fault in each.wrong]
     hours = sum(each.robot_s for each in found) / 3600
     faults = sum(each.faults for each in found)
