@@ -244,8 +244,11 @@ class Judge:
         return None
 
     def _mute(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is off for a while where healthy ones are on, and does not say why."""
-        may_be = self._said is None and self._cause.is_failure and not look.is_on
+        """A robot that is off for a while where healthy ones are on, and does not say why.
+
+        One that waits for what a sensor tells it, be that a lie, is off and has nothing to say.
+        """
+        may_be = self._said is None and self._cause.leaves_no_doubt and not look.is_on
         is_mute = may_be and self._healthy.is_on(look.at)
         if not is_mute or self._watched.asked.has_output_on:  # what brakes is not driven, and on
             self._mute_since = None

@@ -10,7 +10,8 @@
 | `stale` | a device fails at each use, and its model sends values all the same |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
 | | or what was reported is about something else |
-| `mute` | it is off for a second where healthy ones are on, and nothing was reported |
+| `mute` | a device fails, or its supply has, and it is off for a second where healthy ones |
+| | are on, and nothing was reported |
 | `slowed` | the robot is driven, and uses a device half as often that is not at fault |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
