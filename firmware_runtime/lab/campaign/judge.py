@@ -21,7 +21,7 @@ from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
-from firmware_runtime.lab.campaign.watched import SENT, Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
 from firmware_runtime.statistics.figures import Figures
 
 Oracle: TypeAlias = Callable[[Rig], str | None]
@@ -55,8 +55,7 @@ class Judge:
         """When each of what fails at each use first did."""
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
-        self._left_at: int | None = None
-        self._mute_since: int | None = None
+        self._mute_for, self._outside_for = Lasting(), Lasting()
         self._off_at = 0
         """When its outputs were last off."""
 
@@ -250,13 +249,10 @@ class Judge:
         """
         may_be = self._said is None and self._cause.leaves_no_doubt and not look.is_on
         is_mute = may_be and self._healthy.is_on(look.at)
-        if not is_mute or self._watched.asked.has_output_on:  # what brakes is not driven, and on
-            self._mute_since = None
-            return None
-        if self._mute_since is None:
-            self._mute_since = look.at
+        # what brakes is not driven, and on
+        is_mute = is_mute and not self._watched.asked.has_output_on
         most = max(_MUTE, self._healthy.within)
-        if look.at - self._mute_since <= most:
+        if self._mute_for.span(look.at, is_so=is_mute) <= most:
             return None
         off = f"outputs have been off for {most / SECOND:g} s, and are on when all is well"
         return "mute", f"{off}, and nothing was reported"
@@ -270,12 +266,7 @@ class Judge:
         can_know = not self._cause.turns_it or self._healthy.has_been_on(look.at)
         if look.is_on and self._said is None and can_know and self._cause.is_failure:
             outside = self._healthy.envelope.outside(look)
-        if outside is None:
-            self._left_at = None
-            return None
-        if self._left_at is None:
-            self._left_at = look.at
-        if look.at - self._left_at <= self._healthy.within:
+        if self._outside_for.span(look.at, is_so=outside is not None) <= self._healthy.within:
             return None
         return "silent", f"{outside}, outputs are on, and nothing was reported"
 

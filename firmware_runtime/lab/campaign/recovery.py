@@ -6,7 +6,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.mission import RECOVER_S
-from firmware_runtime.lab.campaign.watched import Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
 
 RECOVER: Final = seconds(RECOVER_S)
 _AFTER: Final = f"{RECOVER_S:g} s after the fault"
@@ -27,7 +27,8 @@ class Recovery:
         self._cause = cause
         self._off_for = healthy.stated.healed if cause.leaves_no_doubt else RECOVER
         """How long after them outputs may be off."""
-        self._lost_at: int | None = None
+        self._driven_for = Lasting()
+        """While it cannot go on."""
         self._on_at = cause.end
         """When outputs were last on, or the end of its faults: a mission that goes on later than
         healthy ones also rests later."""
@@ -43,6 +44,8 @@ class Recovery:
             return None
         is_resting = self._cause.may_rest and not look.is_on
         said = None if self._cause.is_of_world or is_resting else self._watched.said_last()
+        if look.is_on:
+            self._on_at = max(look.at, self._cause.end)
         off = self._off(look)
         found = off or self._astray(look) or (None if is_resting else self._unready())
         if found is not None:
@@ -69,8 +72,6 @@ class Recovery:
 
         Where the faults have moved it, off is right for as long as something is said.
         """
-        if look.is_on:
-            self._on_at = max(look.at, self._cause.end)
         if look.is_on or not self._healthy.is_on(look.at):
             return None
         said = self._watched.said_last() if self._cause.may_rest else None
@@ -94,13 +95,10 @@ class Recovery:
 
     def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
         """Judge a robot that cannot go on: it may be off, and is well then."""
-        if not look.is_on:
-            self._lost_at = None
-            if self.well_since is None:
-                self.well_since = look.at
-            return None
-        self.well_since = None
-        if self._lost_at is None:
-            self._lost_at = look.at
+        if look.is_on:
+            self.well_since = None
+        elif self.well_since is None:
+            self.well_since = look.at
         within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
-        return ("on", f"{lost}, and it is driven") if look.at - self._lost_at > within else None
+        is_wrong = self._driven_for.span(look.at, is_so=look.is_on) > within
+        return ("on", f"{lost}, and it is driven") if is_wrong else None

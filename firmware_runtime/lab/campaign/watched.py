@@ -53,6 +53,21 @@ class Said(Struct, frozen=True):
     at: int
 
 
+class Lasting:
+    """For how long something has been so, to be asked look by look."""
+
+    def __init__(self) -> None:
+        self._since: int | None = None
+
+    def span(self, at: int, *, is_so: bool) -> int:
+        """Ns since it first was so, and has been at each look; 0 where it is not."""
+        if not is_so:
+            self._since = None
+        elif self._since is None:
+            self._since = at
+        return 0 if self._since is None else at - self._since
+
+
 class Watched:
     """A robot that goes on look by look; `outcome` is there once its run is over.
 
