@@ -532,6 +532,10 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
     report = carry_out(mission, runs=4, workers=1)
     assert "left out: offset:imu, push" in str(report)
     assert report.as_json()["left_out"] == ["offset:imu", "push"]
+    assert "its rig answers truth, " in str(report)
+    assert f", borne = {{{YAW}: 2.0}}" in str(report)
+    assert report.limits["borne"] == {YAW: 2.0}
+    assert report.as_json()["rig"] == {"answers": report.answers, "states": report.limits}
     healthy.cache_clear()
     space_of.cache_clear()
 

@@ -1,8 +1,8 @@
 """Command and response: how treads or head are commanded to turn, against how a compass turns.
 
 Treads slip, and how much is not known; a head stands at its end stops. So the comparison is wide,
-and finds what is neither: a heading that stands still under a turn, or turns the other way, or far
-too little or too fast.
+and finds what is neither: a heading that stands still under a turn, or turns the other way, far too
+little or too fast, or under treads that go straight.
 """
 
 import math
@@ -44,13 +44,13 @@ class Turn(NamedTuple):
 
 
 class CommandedTurn(Atomic):
-    """Joins commands that motors apply with headings, while they are to turn what a compass is on.
+    """Joins commands that motors apply with headings, while they are to move what a compass is on.
 
-    waiting --heading?, commanded to turn or so at the heading before--> joining (0) --turn!-->
+    waiting --heading?, commanded to move or so at the heading before--> joining (0) --turn!-->
     waiting
 
-    A turn begins and ends with a rate of 0; between two turns nothing is said, and the heading may
-    change as it likes. `full_deg_s` is the rate at the speed that its motors are told.
+    A move begins and ends with a rate of 0; between two of them nothing is said, and the heading
+    may change as it likes. `full_deg_s` is the rate at the speed that its motors are told.
     """
 
     def __init__(self, name: str, full_deg_s: float) -> None:
@@ -60,7 +60,7 @@ class CommandedTurn(Atomic):
         self.turn_out = self.out_port("turn", Turn)
         self.full_deg_s = full_deg_s
         self.turn = Turn(0.0, 0.0)
-        self._is_applied = self._did_turn = False
+        self._is_applied = self._did_move = False
 
     @abstractmethod
     def take_commands(self) -> None:
@@ -69,6 +69,11 @@ class CommandedTurn(Atomic):
     @abstractmethod
     def share(self) -> float:
         """Return the part of the full rate that is commanded, to the left; 0 for no turn."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether they are commanded to move it; one that turns is."""
+        return self.share() != 0.0
 
     def output(self) -> None:
         """Send the turn."""
@@ -90,14 +95,17 @@ class CommandedTurn(Atomic):
 
     def _joins(self, heading_deg: float) -> bool:
         """Return whether there is something to send."""
-        rate = self.full_deg_s * self.share() if self._is_applied else 0.0
-        did_turn, self._did_turn = self._did_turn, rate != 0.0
-        self.turn = Turn(rate if did_turn else 0.0, heading_deg)
-        return did_turn or self._did_turn
+        did_move, self._did_move = self._did_move, self._is_applied and self.moves
+        is_amid = did_move and self._did_move
+        self.turn = Turn(self.full_deg_s * self.share() if is_amid else 0.0, heading_deg)
+        return did_move or self._did_move
 
 
 class VehicleTurn(CommandedTurn):
-    """Two treads, `right` and `left`, that turn a vehicle by going against each other."""
+    """Two treads, `right` and `left`, that turn a vehicle by going against each other.
+
+    It goes straight by both going the same way: where one does not, it turns.
+    """
 
     def __init__(self, name: str, full_deg_s: float) -> None:
         super().__init__(name, full_deg_s)
@@ -115,6 +123,11 @@ class VehicleTurn(CommandedTurn):
     def share(self) -> float:
         """Return half of what the right one is told more than the left one."""
         return (self._right - self._left) / 2
+
+    @property
+    def moves(self) -> bool:
+        """Whether a tread is told to go."""
+        return self._right != 0 or self._left != 0
 
 
 class HeadTurn(CommandedTurn):

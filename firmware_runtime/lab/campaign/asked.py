@@ -5,7 +5,7 @@ Whatever it raises is the fault of its package, and no finding.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
-from typing import TypeAlias, cast
+from typing import Final, TypeAlias, cast
 
 import msgspec
 from msgspec import Struct
@@ -17,6 +17,7 @@ from firmware_runtime.board.strict import shown
 from firmware_runtime.errors import SettingError
 
 Method: TypeAlias = Callable[[], object]
+_ANSWERS: Final = ("truth", "judge", "missed", "lost", "is_driven")
 
 
 class Asked:
@@ -38,6 +39,8 @@ class Asked:
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
             values = dict(self._values())
+        self.answers = tuple(each for each in _ANSWERS if each in dir(rig))
+        """What it can be asked beside its outputs."""
         self.ports = frozenset(values)
         """Paths of ports whose values its truth has."""
         self.names = [name for name, _ in _all_numbers(values)]

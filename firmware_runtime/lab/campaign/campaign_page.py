@@ -188,6 +188,7 @@ def _fixed(kept: Sequence[KeptFinding]) -> parts.Table:
 
 def _left(report: Report) -> Iterator[str]:
     yield f"{report.space - report.runs:,} faults of the space were not tried"
+    yield report.stated
     yield from (f"left out as known and accepted: {each}" for each in sorted(set(report.left_out)))
     yield from (f"not judged, as its rig has no truth(): {each}" for each in report.not_judged)
     yield from (f"never shown: {each}" for each in report.never)

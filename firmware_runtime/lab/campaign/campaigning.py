@@ -245,6 +245,8 @@ def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from i
         never=never_shown(space, rows),
         left_out=(*mission.without, *found.stated.unknowable),
         not_judged=() if found.envelope.names else OF_TRUTH,
+        answers=found.answers,
+        limits=found.stated.limits,
         arrows=len(found.arrows),
         never_taken=never_taken(found, rows),
         kept=kept,

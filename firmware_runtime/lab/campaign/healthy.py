@@ -112,6 +112,8 @@ class Healthy(Struct, frozen=True):
     """Those that some run has taken, by look."""
     stated: Stated
     """What the rig says."""
+    answers: tuple[str, ...]
+    """What it can be asked."""
     within: int
     """Ns in which a fault has to be reported, or outputs off: as the mission has it, or the rig."""
     least_uses: Mapping[str, int]
@@ -162,6 +164,7 @@ def healthy(mission: Mission) -> Healthy:
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
         stated=first.stated,
+        answers=first.answers,
         least_uses=_least(runs),
         unready=first.unready,
         within=first.within,
@@ -182,6 +185,7 @@ class _Run:
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names = watched.asked.names
+            self.answers = watched.asked.answers
             self.has_outputs = bool(watched.asked.outputs)
             self.stated = stated_by(
                 watched.rig, robot.board, self.names, self.places, watched.models

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from msgspec import Struct
@@ -37,6 +37,10 @@ class Report(Struct, frozen=True, kw_only=True):
     """Faults that were left out, `KIND` or `KIND:DEVICE`: by choice, or as the rig says."""
     not_judged: Sequence[str] = ()
     """Oracles that could find nothing: its rig says nothing of its world."""
+    answers: Sequence[str] = ()
+    """What its rig can be asked beside its outputs."""
+    limits: Mapping[str, object] = {}
+    """What its rig states for campaigns, by attribute."""
     arrows: int = 0
     """Arrows of the robot's state diagrams."""
     never_taken: Sequence[str] = ()
@@ -75,6 +79,13 @@ class Report(Struct, frozen=True, kw_only=True):
         said = Counter(str(row["said"]) for row in self.rows if row["said"] is not None)
         return dict(said.most_common())
 
+    @property
+    def stated(self) -> str:
+        """Return what its rig answers and states, in words; what is misspelt is not there."""
+        answers = ", ".join(self.answers) or "nothing"
+        states = ", ".join(f"{name} = {_value(value)}" for name, value in self.limits.items())
+        return f"its rig answers {answers}; it states {states or 'no limits of its own'}"
+
     def as_json(self) -> dict[str, object]:
         """Return it as the command prints it."""
         return {
@@ -83,6 +94,7 @@ class Report(Struct, frozen=True, kw_only=True):
             "said": self.said,
             "left_out": list(self.left_out),
             "not_judged": list(self.not_judged),
+            "rig": {"answers": self.answers, "states": self.limits},
             "never": list(self.never),
             "arrows": self.arrows,
             "never_taken": list(self.never_taken),
@@ -111,6 +123,7 @@ class Report(Struct, frozen=True, kw_only=True):
             yield f"{self.run_again} run again: {self.flakes} flakes"
         if fixed := sum(bool(each.fixed) for each in self.kept):
             yield f"{fixed} of {len(self.kept)} that were found here are fixed"
+        yield self.stated
         if self.left_out:
             yield f"left out: {_listed(self.left_out)}"
         if self.not_judged:
@@ -133,6 +146,12 @@ class Report(Struct, frozen=True, kw_only=True):
                 f"{self.crashes} runs ended in the middle, {self.flakes} were others run again"
             )
             raise AssertionError("\n".join(said or [summary]))
+
+
+def _value(value: object) -> str:
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{name}: {_value(each)}' for name, each in value.items())}}}"
+    return _listed(value) if isinstance(value, list | tuple) else str(value)
 
 
 def _listed(names: Sequence[str]) -> str:

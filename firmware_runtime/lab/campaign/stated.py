@@ -6,6 +6,7 @@ Each is an attribute of the rig by this name, and may be left out.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Final, TypeAlias
 
+import msgspec
 from msgspec import Meta, Struct
 
 from firmware_runtime.board import strict
@@ -22,7 +23,7 @@ _MISSPELT: Final = 0.9
 """Share of letters from which on an attribute is taken for one of these."""
 
 
-class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """Limits of a robot, and what it cannot know; spans are in seconds."""
 
     said_within_s: Span = WITHIN_S
@@ -46,6 +47,12 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     warned: tuple[str, ...] = ()
     """Models that warn rightly, by path, such as of a chip without magnetometer; any other warning
     is a finding."""
+
+    @property
+    def limits(self) -> dict[str, object]:
+        """Return what is not as everywhere, by attribute; what is left out is told elsewhere."""
+        stated = msgspec.to_builtins(self)
+        return {name: value for name, value in stated.items() if name != "unknowable"}
 
     @property
     def held(self) -> int:
