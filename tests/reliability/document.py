@@ -115,13 +115,13 @@ def _in_real_time(kept: Kept) -> Iterator[str]:
 
 
 def _fuzzing(kept: Kept) -> Iterator[str]:
-    figures = kept.result.figures
     yield "| what reads | inputs | of |"
     yield "|---|---|---|"
-    for name, inputs in figures["targets"].items():
-        yield f"| {name} | {inputs:,} | {figures['commits'][name]} |"
-    if findings := figures["findings"]:
-        said = (f"- {name}: {each.partition(' (')[0]}" for name, each in findings.items())
+    targets = kept.result.figures["targets"]
+    for each in targets:
+        yield f"| {each['name']} | {each['inputs']:,} | {each['commit']} |"
+    findings = [(each["name"], each["finding"].partition(" (")[0]) for each in targets]
+    if said := [f"- {name}: {finding}" for name, finding in findings if finding]:
         yield from ("", "Found then:", "", *said)
 
 

@@ -12,19 +12,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Final
 
+import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tests.reliability.fuzz_seeds import keep_corpus, seeds
 from tests.reliability.fuzz_targets import TARGETS
-from tests.reliability.results import BUILD, ROOT, Result, commit, ends_at, read_kept
-
-Figures: TypeAlias = Mapping[str, Mapping[str, Any]]
-"""By what is counted, then by target."""
+from tests.reliability.results import BUILD, ROOT, Result, commit, ends_at, read_kept, renewed
 
 _LONGEST: Final = 4096
 _OPTIONS: Final = ("-timeout=20", "-rss_limit_mb=2500", "-print_final_stats=1", "-verbosity=0")
@@ -32,12 +30,19 @@ _FINDING: Final = re.compile(r"^(?: === .*|\w*(?:Error|Exception|ERROR)\b.*)$", 
 
 
 class Fuzzed(Struct, frozen=True):
-    """How many inputs a target took, how many reached something new, and what was found."""
+    """How many inputs a target took, what was found, and the commits of the code, newest last."""
 
     name: str
     inputs: int
-    kept: int
     finding: str = ""
+    commit: str = ""
+
+    def after(self, earlier: "Fuzzed | None") -> "Fuzzed":
+        """Return it with the inputs of before; what was found then is to be found again."""
+        if earlier is None:
+            return self
+        commits = dict.fromkeys([*earlier.commit.split(", "), self.commit])
+        return replace(self, inputs=earlier.inputs + self.inputs, commit=", ".join(commits))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--minutes", type=float, help="for all of them together")
     parser.add_argument("--targets", nargs="+", choices=TARGETS, default=list(TARGETS))
     parser.add_argument(
-        "--add", action="store_true", help="to what is kept of other targets, each with its commit"
+        "--add", action="store_true", help="to what is kept, inputs to those of before"
     )
     parser.add_argument("--keep-corpus", action="store_true", help="into tests/reliability/corpus")
 
@@ -55,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     """Fuzz one target after the other."""
     if find_spec("atheris") is None:
         said = "atheris is not installed; expected the dependency group fuzz; nothing was tried"
-        return Result(name="fuzzing", summary=said, is_sound=True, figures=_figures([]))
+        return Result(name="fuzzing", summary=said, is_sound=True, figures={"targets": []})
     found: list[Fuzzed] = []
     share_s = 60 * (arguments.minutes or 0) / len(arguments.targets)
     until = ends_at(arguments.minutes)
@@ -68,41 +73,20 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.flush()
         found.append(each)
-    figures = _figures(found)
     kept = read_kept("fuzzing") if arguments.add else None
-    whole = figures if kept is None else added(kept.result.figures, figures)
-    return _result_of(whole, is_read=kept is not None)
-
-
-def _figures(found: Sequence[Fuzzed]) -> Figures:
-    of = commit()
-    return {
-        "targets": {each.name: each.inputs for each in found},
-        "findings": {each.name: each.finding for each in found if each.finding},
-        "commits": {each.name: of for each in found},
-    }
-
-
-def added(earlier: Figures, figures: Figures) -> Figures:
-    """Return figures of targets beside earlier ones, which are left out where they are of these."""
-    again = figures["targets"]
-    before = {
-        name: {key: each for key, each in earlier[name].items() if key not in again}
-        for name in figures
-    }
-    return {name: {**before[name], **figures[name]} for name in figures}
-
-
-def _result_of(figures: Figures, *, is_read: bool = False) -> Result:
-    """Return the result of all targets in these figures."""
-    inputs, wrong = sum(figures["targets"].values()), len(figures["findings"])
-    tried = f"{len(figures['targets'])} of {len(TARGETS)} targets"
+    if kept is not None:
+        earlier = msgspec.convert(kept.result.figures["targets"], list[Fuzzed])
+        before = {each.name: each for each in earlier}
+        together = [each.after(before.get(each.name)) for each in found]
+        found = renewed(earlier, together, lambda each: each.name)
+    inputs, wrong = sum(each.inputs for each in found), sum(bool(each.finding) for each in found)
+    tried = f"{len(found)} of {len(TARGETS)} targets"
     return Result(
         name="fuzzing",
         summary=f"{tried}, {inputs:,} inputs, {wrong} findings",
         is_sound=not wrong,
-        figures={"inputs": inputs, **figures},
-        is_read=is_read,
+        figures={"targets": found},
+        is_read=kept is not None,
     )
 
 
@@ -123,12 +107,11 @@ def _fuzzed(name: str, inputs: int, limit_s: int, *, keep: bool) -> Fuzzed:
             errors="replace",
             check=False,
         )
-        reached = [each.read_bytes() for each in corpus.iterdir()]
         if keep:
-            keep_corpus(name, reached)
+            keep_corpus(name, [each.read_bytes() for each in corpus.iterdir()])
         ran = re.search(r"stat::number_of_executed_units: *(\d+)", done.stderr)
         finding = "" if done.returncode == 0 else _kept(name, Path(folder), done)
-        return Fuzzed(name, int(ran[1]) if ran else 0, len(reached), finding)
+        return Fuzzed(name, int(ran[1]) if ran else 0, finding, commit())
 
 
 def _kept(name: str, folder: Path, done: "subprocess.CompletedProcess[str]") -> str:

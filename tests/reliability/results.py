@@ -3,16 +3,17 @@
 import math
 import subprocess
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 from msgspec import Struct
 
 from benchmarks.shared.results import RESULTS, conditions
 
+T = TypeVar("T")
 ROOT: Final = Path(__file__).parents[2]
 BUILD: Final = ROOT / "build" / "reliability"
 KEPT: Final = RESULTS / "reliability"
@@ -66,6 +67,12 @@ def read_kept(name: str, folder: Path = KEPT) -> Kept | None:
     """Return what was kept of a part."""
     path = folder / f"{name}.json"
     return msgspec.json.decode(path.read_bytes(), type=Kept) if path.exists() else None
+
+
+def renewed(earlier: Iterable[T], now: Sequence[T], name_of: Callable[[T], str]) -> list[T]:
+    """Return what was measured now beside what was before, of others by their names."""
+    again = {name_of(each) for each in now}
+    return [*(each for each in earlier if name_of(each) not in again), *now]
 
 
 def commit() -> str:

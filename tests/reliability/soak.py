@@ -12,7 +12,7 @@ import random
 import sys
 import tempfile
 import time
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
@@ -31,7 +31,7 @@ from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.this_system import allowed_cpus
-from tests.reliability.results import Result, commit, read_kept
+from tests.reliability.results import Result, commit, read_kept, renewed
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
 MINUTE_S: Final = 60.0
@@ -91,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     if kept is not None:
         boards = msgspec.convert(kept.result.figures["boards"], list[Soaked])
         earlier = [replace(each, commit=each.commit or kept.commit) for each in boards]
-        found = added(earlier, found)
+        found = renewed(earlier, found, lambda each: each.board)
     wrong = [f"{each.board}: {fault}" for each in found for fault in each.wrong]
     hours = sum(each.robot_s for each in found) / 3600
     faults = sum(each.faults for each in found)
@@ -102,12 +102,6 @@ def execute(arguments: argparse.Namespace) -> Result:
         figures={"boards": found, "wrong": wrong},
         is_read=kept is not None,
     )
-
-
-def added(earlier: Sequence[Soaked], found: Sequence[Soaked]) -> list[Soaked]:
-    """Return what became of robots beside what did of others before."""
-    again = [each.board for each in found]
-    return [*(each for each in earlier if each.board not in again), *found]
 
 
 def _soaked(

@@ -10,12 +10,20 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board.local_settings import board_in_force
-from tests.reliability import campaigns, document, dying, machines, networks, planted, soak
+from tests.reliability import (
+    campaigns,
+    document,
+    dying,
+    fuzzing,
+    machines,
+    networks,
+    planted,
+    soak,
+)
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
-from tests.reliability.fuzzing import Figures, added
 from tests.reliability.mutations import mutants_of
-from tests.reliability.results import ROOT, Result, keep, read_kept
+from tests.reliability.results import ROOT, Result, keep, read_kept, renewed
 
 SOURCE = '''
 """A module."""
@@ -126,10 +134,18 @@ def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board:
     assert soaked.keyframes > 0
 
 
-def test_a_robot_that_is_soaked_again_takes_the_place_of_what_became_of_it_before() -> None:
+def test_what_is_measured_again_takes_the_place_of_what_was_before() -> None:
     first, other = soak.Soaked(board="tachobot", faults=1), soak.Soaked(board="detective", faults=2)
     again = soak.Soaked(board="tachobot", faults=3)
-    assert soak.added([first, other], [again]) == [other, again]
+    assert renewed([first, other], [again], lambda each: each.board) == [other, again]
+
+
+def test_what_is_fuzzed_again_has_its_inputs_together_and_what_was_found_now() -> None:
+    earlier = fuzzing.Fuzzed("keys", 10, "ValueError", "aaaa")
+    now = fuzzing.Fuzzed("keys", 5, "", "bbbb")
+    assert now.after(earlier) == fuzzing.Fuzzed("keys", 15, "", "aaaa, bbbb")
+    assert now.after(now).commit == "bbbb"
+    assert now.after(None) is now
 
 
 def test_the_document_is_what_the_results_say() -> None:
@@ -168,17 +184,3 @@ def test_a_mistake_that_shows_without_any_fault_is_found_by_a_campaign() -> None
     found = planted.found_in(planted.MISTAKES["the sign of the compass is turned"], runs=1)
     assert found is not None
     assert found[0].startswith("invented of controller.heading_check")
-
-
-def test_what_is_fuzzed_again_takes_the_place_of_what_was_found_before() -> None:
-    earlier: Figures = {
-        "targets": {"keys": 10, "tables": 20},
-        "findings": {"tables": "KeyError", "keys": "ValueError"},
-        "commits": {"keys": "aaaa", "tables": "aaaa"},
-    }
-    now: Figures = {"targets": {"tables": 30}, "findings": {}, "commits": {"tables": "bbbb"}}
-    assert added(earlier, now) == {
-        "targets": {"keys": 10, "tables": 30},
-        "findings": {"keys": "ValueError"},
-        "commits": {"keys": "aaaa", "tables": "bbbb"},
-    }
