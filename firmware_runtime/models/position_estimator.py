@@ -55,6 +55,7 @@ class PositionEstimator(Atomic):
     no position --inertial?--> no position
     no position --inertial? with a fix--> estimating (0) --x!, y!, yaw!, ...--> estimated
     estimated --inertial?--> estimating (0) --x!, y!, yaw!, covariance!, report!--> estimated
+    any --position?, more than a step takes--> estimating (0) --report!--> as before
     any --state? SAFE--> given up
 
     Fixes that came since the last sample are taken in with it. Where the position is lost, an
@@ -107,13 +108,13 @@ class PositionEstimator(Atomic):
         self.passivate("no position")
 
     def output(self) -> None:
-        """Send the motion, if there is any, and what became of the fixes."""
+        """Send the motion, where a sample has come, and what became of the fixes."""
         for report in self._reports:
             self.report.send(report)
         for report in self._believed:
             self.fix.send(report)
         state, last = self.history.state, self._last
-        if state is None or last is None:
+        if state is None or last is None or last[0] < self._now:
             return
         position, velocity, _, pp, pv, _, vv, _, bb = state.planar
         self.x.send(Motion(position.real, velocity.real))

@@ -71,14 +71,26 @@ class TachobotRig(BoardRig):
         self.connect(imu.bus, *self.imu.targets)
 
     push_unit = "rad/s of yaw"
-    off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType({"imu": 0.06})
-    """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`)."""
+    off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
+        {"imu": 0.06, "controller.movement_check": 0.1}
+    )
+    """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`), or where it does not
+    turn as it is driven."""
+    borne: ClassVar[Mapping[str, float]] = MappingProxyType(
+        {f"tachobot.world.{axis}.{part}": 0.05 for axis in "xy" for part in (0, 1)}
+    )
+    """Where it hovers: 0.05 m and 0.05 m/s, and healthy ones stay within a tenth of that."""
     held_within_s = 0.25
     """It follows each sample, whose noise alone changes it within 0.1 s."""
     healed_within_s = 2.2
     """A PCA9685 that was reset is found so once a second (`POLL_EVERY`), and by its movement just
     before that where it braked, which then rests for another second (`movement_check.again_s`); an
     IMU that answers again is up after 0.4 s, and 0.9 s at the start, with the gyro's bias."""
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether the pairs push: the lift alone moves it nowhere."""
+        return self.outputs["thrust_pairs"] > 0
 
     @property
     def shown(self) -> OutPort[float]:

@@ -93,6 +93,19 @@ def test_more_fixes_than_a_step_takes_are_refused() -> None:
     assert (estimator.model.taken, estimator.model.refused) == (2, 3)
 
 
+def test_a_position_alone_never_sends_the_motion_again() -> None:
+    estimator = Estimator()
+    for n in range(3):
+        estimator.put(n * TICK, position=HERE)
+        estimator.sample(n * TICK + 1)
+    sent = len(estimator.x)
+    assert sent > 0
+    for n in range(5):  # the inertial unit is dead
+        estimator.put((4 + n) * TICK, position=HERE)
+    assert [report.reason for report in estimator.reports].count(TOO_MANY) == 3
+    assert (len(estimator.x), len(estimator.yaw)) == (sent, sent)
+
+
 @pytest.mark.slow
 def test_the_history_does_not_grow_beyond_its_length() -> None:
     estimator = Estimator(history=30)

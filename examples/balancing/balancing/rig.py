@@ -46,14 +46,16 @@ class BalancingRig(BoardRig):
     said_within_s = 0.5
     """A gyro that is 0.5 rad/s off is contradicted by the speed that it leads to, 0.4 s later:
     sooner nothing that the robot has tells a wrong pitch from a right one."""
-    off_within_s = MappingProxyType({"imu": 0.13})
-    """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`)."""
+    off_within_s = MappingProxyType({"imu": 0.13, "controller.rolling_check": 0.13})
+    """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`), or where its gyro leads
+    to a speed that it does not have."""
     held_within_s = 0.25
     healed_within_s = 2.0
     """An IMU that had no supply is up after a second, with its gyro's bias, and then the pitch is
     found anew."""
-    borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 1.0})
-    """It swings so far when it is pushed, and takes that up. Its place it knows by its own drive
+    borne = MappingProxyType({"balancing.world.pitch_rad": 0.3, "balancing.world.place_m": 1.0})
+    """It swings half so far when it is pushed, and takes that up; and so far where its accelerometer
+    lied as it was let go: its first pitch is what that says, and nothing else knows it. Its place it knows by its own drive
     alone, having no encoders: what a fault makes of that is not found."""
 
     @property

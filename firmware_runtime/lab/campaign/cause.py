@@ -12,6 +12,9 @@ _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
+_DRIVEN: Final = frozenset({_FULL_ON, "ignored"})
+"""Kinds that keep an output on."""
+
 
 class Failing(NamedTuple):
     """What fails at each use, by its name, from `at` until `end`, ns of the run."""
@@ -51,10 +54,10 @@ class Cause:
         out_of_reach = [
             end_of(each.at, each.span)
             for each in strikes
-            if each.device in driving and each.kind in _KEPT_OFF
+            if each.device in driving and each.kind in _KEPT_OFF | _DRIVEN
         ]
         self.out_of_reach_until = max(out_of_reach, default=0)
-        """Until when nothing may reach what drives."""
+        """Until when nothing may reach what drives, or it drives by itself."""
         self.may_rest = self.is_of_world or self.turns_it
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)

@@ -284,7 +284,7 @@ def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
     """Return what is wrong with a robot in which no fault was made, by what it says and does."""
     said = watched.said_wrongly(stated.warned)
     if said is not None:
-        what = f"reports {said.kind}, and no fault was made"
+        what = f"reports {said.kind} ({said.sentence}), and no fault was made"
         return Wrong("invented", said.model, what, said.at)
     ending = watched.session.task.ending
     if ending is not None and ending.failed:

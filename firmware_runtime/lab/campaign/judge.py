@@ -3,7 +3,8 @@
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
 lasting fault was reported, two where it is driven on, or three seconds after one that shows in
 nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
-one has taken by then, is watched until five seconds after the fault. One that has said why and is
+one has taken by then, is watched until five seconds after the fault, or after its begin where it
+lasts. One that has said why and is
 driven beside its envelope is watched until five seconds after that.
 """
 
@@ -48,7 +49,12 @@ class Judge:
         self._watched = watched
         self._healthy = healthy
         self._oracle = oracle
-        self._most_held, self._off_within = healthy.stated.held, healthy.stated.off_within
+        self._most_held = healthy.stated.held
+        names = {place.name for place in healthy.places}
+        off_within = healthy.stated.off_within.items()
+        self._off_within = {name: span for name, span in off_within if name in names}
+        self._off_after = {path: span for path, span in off_within if path not in names}
+        """Ns after which outputs are off where a device fails, and where a model has reported."""
         self._go_by(strikes)
         self._struck_at = self._cause.at if self._cause.shows_by_itself else None
         self._shown: dict[Failing, int] = {}
@@ -56,6 +62,8 @@ class Judge:
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._mute_for, self._outside_for = Lasting(), Lasting()
+        self._has_fallen = False
+        """Whether it has left its envelope while it was disarmed."""
         self._off_at = 0
         """When its outputs were last off."""
 
@@ -119,7 +127,9 @@ class Judge:
             self._not_finite()
             or self._own()
             or self._disarmed(look)
+            or self._invented(look)
             or self._blind(look)
+            or self._driven_on(look)
             or self._held(look)
             or self._stale(look)
             or self._late(look)
@@ -163,6 +173,42 @@ class Judge:
             if look.at <= end and look.at - max(since, self._cause.out_of_reach_until) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
+
+    def _driven_on(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on although a model has said what it may not be driven with."""
+        for path, since, most in self._to_be_off():
+            if look.at - since > most:
+                what = f"{path} reported a fault {most / SECOND:g} s ago, and it is driven on"
+                return "on", what
+        return None
+
+    def _to_be_off(self) -> Iterator[tuple[str, int, int]]:
+        """Yield each model that has reported, since when, and for how long outputs may be on.
+
+        None where they were off since then, or are out of reach.
+        """
+        begin = self._cause.out_of_reach_until
+        if not self._look.is_on or self._look.at < begin:
+            return
+        for path, most in self._off_after.items():
+            said = self._watched.said(self._cause.at, path)
+            if said is not None and self._off_at < said.at:
+                yield path, max(said.at, begin), most
+
+    def _invented(self, look: Look) -> tuple[str, str] | None:
+        """A robot that was disarmed, and no more, and reports something: nothing has failed.
+
+        One that falls meanwhile may say so.
+        """
+        if not self._cause.is_disarmed or self._watched.asked.lost() is not None:
+            return None
+        if look.at <= self._cause.end and self._healthy.envelope.outside(look) is not None:
+            self._has_fallen = True
+        said = self._watched.said(self._cause.end if self._has_fallen else self._cause.at)
+        if said is None:
+            return None
+        what = f"{said.model} reports {said.kind} ({said.sentence})"
+        return "invented", f"{what}, and nothing failed: it was disarmed"
 
     def _failing(self) -> Iterator[tuple[str, int, int]]:
         """Yield what fails at each use, since when that has shown, and until when."""
@@ -273,15 +319,19 @@ class Judge:
     @property
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
-        at = self._watched.at
-        if self._cause.end != NEVER:
+        at, cause = self._watched.at, self._cause
+        begin = cause.at if cause.end == NEVER else cause.end
+        if at - begin < RECOVER and self._is_ahead:
+            return False
+        if any(True for _ in self._to_be_off()):
+            return False
+        if cause.end != NEVER:
             well_since = self._recovery.well_since
-            is_settled = well_since is not None and at - well_since >= _SETTLED
-            return is_settled and (at - self._cause.end >= RECOVER or not self._is_ahead)
+            return well_since is not None and at - well_since >= _SETTLED
         if self._said is None:
-            return at - self._cause.at >= _WATCHED
+            return at - cause.at >= _WATCHED
         since = at - self._said.at
-        drives_on = self._look.is_on and not self._cause.holds_outputs
+        drives_on = self._look.is_on and not cause.holds_outputs
         is_settled = since >= (_DRIVEN_ON if drives_on else _SETTLED)
         return (is_settled and not self._is_aside(self._look)) or since > RECOVER
 
@@ -302,7 +352,8 @@ class Judge:
                 "crash", text_of(outcome.error), look.at, where_raised(outcome.error)
             )
         figures = self._watched.robot.statistics
-        found = self._own() or self._found_in_the_end(look, figures) or self._given_up()
+        found = self._own() or self._found_in_the_end(look, figures)
+        found = found or self._invented(look) or self._given_up()
         if found is not None:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)
@@ -313,10 +364,12 @@ class Judge:
         A device that fails at its very first use may keep a run from beginning.
         """
         ending = self._watched.session.task.ending
+        if ending is None or not ending.failed:
+            return None
+        if self._cause.is_disarmed and self._watched.asked.lost() is None:
+            return "invented", f"it was disarmed, and the run has ended: {ending.reason}"
         is_small = self._cause.is_over_at_once and self._cause.leaves_no_doubt
         if self._healthy.stated.healed_within_s is None or not is_small:
-            return None
-        if ending is None or not ending.failed:
             return None
         return "unhealed", f"the fault was over at once, and the run has ended: {ending.reason}"
 

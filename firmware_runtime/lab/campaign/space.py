@@ -4,8 +4,8 @@ A fault of a device strikes with a transaction of that device: one that is made 
 strikes the second one, and is the same run. So the space has each fault once for each use in which
 it shows: what alters readings at those that read, what refuses a written byte at those that write.
 Kinds that hold up a whole bus are tried on the bus, too; a push, a stall and being disarmed at each
-use of the first line. A kind that has a number, such as which bit, has the number of the use; every
-second push is the other way.
+use of the first line. A kind that has a number, such as which bit, has one that is spread evenly
+over its uses, whatever their rhythm, and so is the way of a push.
 
 Pairs are a sample: the first ones of any size are spread evenly over what the first fault is, and
 over the faults within a second after it.
@@ -15,6 +15,7 @@ from array import array
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from hashlib import blake2b
 from itertools import accumulate, islice
 from typing import Final, NamedTuple, overload
 
@@ -33,6 +34,8 @@ _GOLDEN: Final = 0x9E3779B97F4A7C15
 """The golden section of 2 to the power of 64, which is odd."""
 _SECOND: Final = 0xC13FA9A902A6328F
 """Another such number: multiples of both fill a square evenly."""
+_NUMBER_BYTES: Final = 2
+"""Of the number of a bit, a byte or an output; there are fewer in what is read at once."""
 PAIRED_WITHIN: Final = SECOND
 
 
@@ -216,8 +219,13 @@ def _courses(space: Space) -> Iterator[int]:
                 yield number
 
 
-def _amount(kind: Kind, number: int) -> float | None:
-    """Return the amount of a kind at the use with this number; None is the kind's own."""
+def _amount(kind: Kind, use: int) -> float | None:
+    """Return the amount of a kind at the use with this number; None is the kind's own.
+
+    The number itself would not do, as each second use may be another device's: half of the bits
+    would never be tried.
+    """
+    number = int.from_bytes(blake2b(str(use).encode(), digest_size=_NUMBER_BYTES).digest())
     if kind.is_numbered:
         return float(number)
     if kind.of == "world" and kind.amount is not None and number % 2:

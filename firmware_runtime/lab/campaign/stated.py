@@ -35,7 +35,8 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     """For which outputs may be on and none of them change: then nothing commands them. None where
     they keep a place, as servos do."""
     off_within_s: Mapping[str, Span] = {}
-    """After which outputs are off where a device fails at each use, by its name."""
+    """After which outputs are off where a device fails at each use, by its name, or where a model
+    has reported a fault, by its path."""
     borne: Mapping[str, Annotated[float, Meta(ge=0)]] = {}
     """How far beside healthy runs a number of its truth may be without harm, by its name, such as
     `tachobot.world.yaw_rad`."""
@@ -90,7 +91,10 @@ def stated_by(
         raise ConfigError(f"{board.name}: its rig", faults)
     for attribute, unknown in (
         ("borne", _unknown(stated.borne, names)),
-        ("off_within_s", _unknown(stated.off_within_s, [place.name for place in places])),
+        (
+            "off_within_s",
+            _unknown(stated.off_within_s, [*(place.name for place in places), *models]),
+        ),
         ("unknowable", faults_of(stated.unknowable, places)),
         ("unpaced", _unknown(stated.unpaced, sorted({place.line for place in places}))),
         ("warned", _unknown(stated.warned, models)),

@@ -51,6 +51,7 @@ class Said(Struct, frozen=True):
     model: str
     kind: str
     at: int
+    sentence: str = ""
 
 
 class Lasting:
@@ -109,7 +110,7 @@ class Watched:
             if port.path not in self.asked.ports and port.path not in exempt:
                 are_sound = _is_measured if is_of_device else isfinite
                 simulator.listen(port, partial(self._check, port.path, are_sound))
-            if is_of_device:
+            if is_of_device and port.type is not bool:  # that is how it stands, and not measured
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
@@ -154,19 +155,27 @@ class Watched:
                 self.outcome = outcome
         return self.look()
 
-    def said(self, since: int) -> Said | None:
-        """Return the first fault that was reported since an instant; None if there is none."""
+    def said(self, since: int, model: str | None = None) -> Said | None:
+        """Return the first fault that was reported since an instant, by a model with that path.
+
+        None if there is none.
+        """
         found = [
-            Said(each.path, each.kind, each.first_at if each.first_at >= since else each.last_at)
+            Said(
+                each.path,
+                each.kind,
+                each.first_at if each.first_at >= since else each.last_at,
+                each.sentence,
+            )
             for each in self.session.executive.faults.counted
-            if each.last_at >= since
+            if each.last_at >= since and model in {None, each.path}
         ]
         return min(found, key=lambda each: each.at, default=None)
 
     def said_wrongly(self, warned: Collection[str]) -> Said | None:
         """Return the first fault reported, if all is well; models that warn rightly may warn."""
         found = [
-            Said(each.path, each.kind, each.first_at)
+            Said(each.path, each.kind, each.first_at, each.sentence)
             for each in self.session.executive.faults.counted
             if each.kind != WARNING or each.path not in warned
         ]
