@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.altered_readings import AlteredReadings
@@ -9,6 +10,8 @@ from sim_doubles.faults import AlteredAnswer
 from sim_doubles.i2c_target import Words
 from sim_doubles.scripted_fault import Reading, burst_start
 
+SWAP: Final = "swap"
+"""The kind that exchanges a word with its neighbour, where it has one."""
 _LEAST, _MOST = -(1 << 15), (1 << 15) - 1
 
 
@@ -57,7 +60,7 @@ class AlteredWord(AlteredAnswer):
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
-        if not super().fits(messages):
+        if not super().fits(messages) or (self.kind == SWAP and self._group.length == 1):
             return False
         begin = self._register - burst_start(messages)
         return begin >= 0 and begin + 2 <= sum(m for m in messages if isinstance(m, int))
@@ -65,7 +68,7 @@ class AlteredWord(AlteredAnswer):
     def alter(self, reading: Reading) -> bytes:
         """Return the answer with that word in it."""
         answer, begin = reading.answer, self._register - burst_start(reading.messages)
-        if self.kind == "swap":
+        if self.kind == SWAP:
             return self._swapped(answer, begin)
         if not self._readings.is_broken:
             if reading.before is not None:

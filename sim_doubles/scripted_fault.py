@@ -106,13 +106,17 @@ class Alteration:
         return bytes(altered)
 
 
+NO_REGISTER: Final = 256
+"""In place of a register, of what a chip sends that is read without naming one."""
+
+
 def burst_start(messages: Sequence[Message]) -> int:
-    """Return the register a one-byte pointer write and a read begin at, 256 if it is not that."""
+    """Return the register a one-byte pointer write and a read begin at, else NO_REGISTER."""
     if len(messages) == 2 and isinstance(messages[1], int):
         pointer = messages[0]
         if isinstance(pointer, bytes) and len(pointer) == 1:
             return pointer[0]
-    return 256
+    return NO_REGISTER
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -21,6 +21,7 @@ from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.findings import findings_of
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
@@ -136,6 +137,18 @@ def test_a_sample_has_each_kind_of_each_device_however_seldom_that_is_used() -> 
     times = sorted(each.at_s for each in first)
     assert times[len(times) // 4] > 0.2 * SHORT.for_s
     assert times[3 * len(times) // 4] > 0.6 * SHORT.for_s
+
+
+@pytest.mark.slow
+def test_each_output_and_each_bit_has_its_turn_whatever_the_rhythm_of_uses() -> None:
+    """Each second use is another device's: numbers of uses are all odd, or all even."""
+    struck = [case.strikes[0] for case in space_of(SHORT)]
+    outputs = {int(each.amount or 0) % 8 for each in struck if each.kind == "full-on"}
+    assert outputs == set(range(8))
+    bits = {int(each.amount or 0) % 8 for each in struck if each.kind == "flip"}
+    assert bits == set(range(8))
+    pushes = {each.amount for each in struck if each.kind == "push"}
+    assert pushes == {None, -1.0}
 
 
 @pytest.mark.slow
@@ -375,9 +388,26 @@ def test_what_the_oracle_of_a_test_has_found_is_kept_as_a_test_that_fails(tmp_pa
     report = campaign("tachobot", for_s=0.5, runs=1, findings=tmp_path, judge=judge)
     (finding,) = report.findings
     assert finding.needs_oracle
+    assert (finding.faults, finding.what) == ((), "it is struck, and no fault was made")
     test = run_path(str(finding.test))
-    with pytest.raises(AssertionError, match="put the oracle here"):
+    with pytest.raises(ConfigError, match="put the oracle here"):
         test[Path(str(finding.test)).stem]()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("judge", "fault"),
+    [
+        (lambda _: 1 / 0, r"judge: ZeroDivisionError: division by zero \(test_campaign.py:\d+\)"),
+        (lambda _: True, "judge: True; expected a sentence or None"),
+        (3, "judge: 3; expected a function of a rig"),
+    ],
+)
+def test_an_oracle_that_is_none_is_refused_before_anything_is_struck(
+    judge: Oracle, fault: str
+) -> None:
+    with pytest.raises(ConfigError, match=fault):
+        campaign("tachobot", for_s=0.5, runs=1, judge=judge)
 
 
 @pytest.mark.slow
@@ -434,6 +464,7 @@ def test_a_truth_that_is_not_the_same_numbers_at_each_look_is_refused(
         return values[0] if rig.now() < SECOND // 20 else values[-1]
 
     monkeypatch.setattr(TachobotRig, "truth", truth)
+    monkeypatch.setattr(TachobotRig, "borne", {})
     healthy.cache_clear()
     with pytest.raises(ConfigError, match=f"truth: .*{said}"):
         campaign("tachobot", for_s=0.1, runs=1, workers=1)
@@ -560,6 +591,7 @@ def refused(monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, faul
         ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
         ("unpaced", ("i2c2",), "did you mean i2c1"),
         ("warned", ("imo",), "did you mean imu"),
+        ("off_within_s", {"controller.heading_chek": 0.1}, "did you mean controller.heading_check"),
     ],
 )
 def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(
@@ -580,6 +612,7 @@ def _raise(_rig: object, *_asked: object) -> None:
         ("said_within_s", 800, "said_within_s: 800: expected float <= 60"),
         ("held_within_s", 0, "held_within_s: 0: expected float > 0"),
         ("said_witin_s", 0.8, "said_witin_s: did you mean said_within_s"),
+        ("losst", lambda _rig: None, "losst: did you mean lost"),
         ("borne", {YAW: -1.0}, "borne: .*expected float >= 0"),
         ("is_driven", lambda _rig: True, "is_driven: .*expected True or False"),
         ("truth", lambda _rig: None, r"truth\(\) None; expected values by their names"),
@@ -606,6 +639,9 @@ def test_a_rig_without_numbers_of_its_world_has_two_oracles_less_and_the_report_
         return {"tachobot.world.is_up": "yes"}
 
     monkeypatch.setattr(TachobotRig, "truth", truth)
+    with pytest.raises(ConfigError, match=r"borne of its rig.*\n.*there are no numbers in truth"):
+        carry_out(Mission(board="tachobot", for_s=0.3), runs=2, workers=1)
+    monkeypatch.setattr(TachobotRig, "borne", {})
     report = carry_out(Mission(board="tachobot", for_s=0.3), runs=2, workers=1)
     assert report.as_json()["not_judged"] == ["silent", "astray"]
     assert "not judged: silent, astray: its rig has no truth() with numbers" in str(report)

@@ -6,7 +6,9 @@ from itertools import count
 from math import inf, nan
 
 import pytest
+from firmware_boards.detective.turning import VehicleTurn
 from firmware_boards.tachobot import allocation
+from firmware_boards.tachobot.allocation import Allocation
 from firmware_boards.tachobot.attitude import Attitude
 from firmware_drivers import hardware
 from firmware_drivers.chips import ak8963, mpu9250
@@ -26,10 +28,11 @@ from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.cause import Cause
-from firmware_runtime.lab.campaign.healthy import healthy
+from firmware_runtime.lab.campaign.healthy import Healthy, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.lab.campaign.trial import Trial, alone
 from firmware_runtime.lab.campaign.watched import EVERY, Watched
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid
@@ -75,6 +78,61 @@ def test_outputs_that_nothing_commands_any_more_are_found_whatever_was_reported(
     monkeypatch.setattr(TachobotRig, "off_within_s", {})
     with pytest.raises(AssertionError, match=r"held of imu: for 0\.25 s outputs have been on"):
         assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_robot_that_drives_on_though_a_check_of_it_has_reported_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    held = Strike("hold", at_s=1.0)
+    assert_sound("tachobot", [held], for_s=1.5)
+
+    def external(model: Allocation, elapsed: int) -> None:
+        model.moves.clear()
+        answered(model, elapsed)
+
+    answered = Allocation.external
+    monkeypatch.setattr(Allocation, "external", external)
+    healthy.cache_clear()
+    said = "on of world: controller.movement_check reported a fault 0.1 s ago, and it is driven on"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [held], for_s=1.5)
+
+
+def test_of_two_faults_one_that_drives_by_itself_is_no_driving_on() -> None:
+    blind, full = (
+        Strike("absent", "imu", at_s=7.85),
+        Strike("full-on", "thrust_pairs", at_s=8.0005925),
+    )
+    assert_sound("tachobot", [blind, full], seed=7)
+
+
+def test_a_report_of_a_robot_that_was_disarmed_and_no_more_is_invented(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    disarmed = Strike("disarm", at_s=7.75, for_s=3.0)
+    assert_sound("detective", [disarmed], for_s=8.0)
+    assert_sound("balancing", [disarmed], for_s=8.0)  # it falls, and its gyro says so
+
+    def take_commands(model: VehicleTurn) -> None:
+        taken(model)
+        model.applied.clear()
+        model._is_applied = True
+
+    taken = VehicleTurn.take_commands
+    monkeypatch.setattr(VehicleTurn, "take_commands", take_commands)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"invented .* turn_check reports Implausible \("):
+        assert_sound("detective", [disarmed], for_s=8.0)
+
+
+def test_a_robot_that_goes_on_by_itself_later_though_its_fault_lasts_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    blind = Strike("nack", "eyes", at_s=2.0)
+    assert_sound("pan_tilt", [blind], for_s=2.5)
+    monkeypatch.setattr(Healthy, "reached_by", lambda _found, _at: frozenset())
+    sure_after = alone(Trial(Mission(board="pan_tilt", for_s=2.5), (blind,)))["known_at_s"]
+    assert sure_after == pytest.approx(7.0, abs=0.1)
 
 
 def test_a_driving_chip_that_is_cut_off_holds_its_outputs_and_that_is_no_mistake() -> None:

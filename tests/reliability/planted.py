@@ -45,7 +45,8 @@ class Mistake(NamedTuple):
 
     board: str
     device: str
-    """Empty: its missions go wrong by themselves, and nothing is struck."""
+    """Or the kind, of one that strikes no device. Empty: its missions go wrong by themselves, and
+    nothing is struck."""
     file: str
     old: str
     new: str
@@ -278,6 +279,28 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        self._readings += 1\n        try:",
         "        try:",
     ),
+    "a speed that is contradicted does not stop the motors": Mistake(
+        "balancing",
+        "imu",
+        f"{STANDS}controller.py",
+        "        self.couple(self.rolling_check.agrees_out, self.ready.trusted)\n",
+        "",
+    ),
+    "angles run on while nothing is applied": Mistake(
+        "pan_tilt",
+        "disarm",
+        f"{HEAD}head.py",
+        "        seconds, self._since = self._since / SECOND, 0\n"
+        "        if self.applied is not Applied.NOTHING:\n",
+        "        seconds, self._since = self._since / SECOND, 0\n        if True:\n",
+    ),
+    "a robot that does not move is driven on": Mistake(
+        "tachobot",
+        "hold",
+        f"{BOARDS}tachobot/allocation.py",
+        "            self._may_drive = self.moves[-1]\n",
+        "            pass\n",
+    ),
 }
 
 
@@ -369,7 +392,7 @@ def _campaign(root: Path, board: str, device: str, runs: int) -> Sequence[Mappin
 
 
 def _faults_of_others(board: str, device: str) -> Iterator[str]:
-    """Yield what `--without` takes, so that one device alone is struck."""
+    """Yield what `--without` takes, so that one device, or one kind, alone is struck."""
     loaded = registry.load(board)
     names = [
         *(each.key for each in loaded.devices),
@@ -377,10 +400,10 @@ def _faults_of_others(board: str, device: str) -> Iterator[str]:
         *loaded.settings.buses,
     ]
     for kind in KINDS.values():
-        if kind.of in OF_NO_DEVICE:
-            yield kind.name
-        else:
+        if kind.of not in OF_NO_DEVICE:
             yield from (f"{kind.name}:{name}" for name in names if name != device)
+        elif kind.name != device:
+            yield kind.name
 
 
 def _key(finding: Mapping[str, Any]) -> tuple[object, ...]:

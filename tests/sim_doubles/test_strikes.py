@@ -462,6 +462,16 @@ def test_a_word_is_exchanged_with_the_next_one_and_the_last_with_the_first(
     assert burst(awake) == pytest.approx(expected, abs=200)
 
 
+def test_a_word_that_is_alone_is_exchanged_with_none() -> None:
+    clock = ManualClock()
+    chip = chip_double("ads1115")
+    assert chip.address is not None
+    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+    fitting = bus.fitting(chip.address)
+    assert "negate" in fitting
+    assert "swap" not in fitting
+
+
 def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:
     before = burst(awake)
     awake.faults(Strike("freeze-axis", "imu", amount=UP))

@@ -13,9 +13,9 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import is_same
 from firmware_runtime.lab.campaign.healthy import healthy, wrong_without_faults
-from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
@@ -150,7 +150,7 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     )
     if said := list(mission.faults()):
         raise ConfigError("campaign", said)
-    wrong = healthy(mission).wrong if faults else wrong_without_faults(mission)
+    wrong = healthy(mission).wrong if faults else wrong_without_faults(mission, judge)
     if wrong is not None:
         raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
     if not faults:

@@ -14,10 +14,14 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Driven, Noted, Rig
 from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.board.strict import shown
-from firmware_runtime.errors import SettingError
+from firmware_runtime.errors import ConfigError, SettingError, text_of
+from firmware_runtime.lab.campaign.verdict import where_raised
 
+Oracle: TypeAlias = Callable[[Rig], str | None]
+"""An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
 Method: TypeAlias = Callable[[], object]
-_ANSWERS: Final = ("truth", "judge", "missed", "lost", "is_driven")
+ANSWERS: Final = ("truth", "judge", "missed", "lost", "is_driven")
+"""What a rig can be asked beside its outputs, where it has it."""
 
 
 class Asked:
@@ -26,8 +30,9 @@ class Asked:
     Its truth is the same finite numbers whenever it is asked.
     """
 
-    def __init__(self, rig: Rig, board: Board) -> None:
+    def __init__(self, rig: Rig, board: Board, oracle: Oracle | None = None) -> None:
         self._rig = rig
+        self._oracle = oracle
         self._board = board
         # by name: to look at a protocol asks a property for its value
         self._driven = cast("Driven", rig) if "is_driven" in dir(rig) else None
@@ -39,7 +44,7 @@ class Asked:
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
             values = dict(self._values())
-        self.answers = tuple(each for each in _ANSWERS if each in dir(rig))
+        self.answers = tuple(each for each in ANSWERS if each in dir(rig))
         """What it can be asked beside its outputs."""
         self.ports = frozenset(values)
         """Paths of ports whose values its truth has."""
@@ -90,8 +95,9 @@ class Asked:
         return self._sentence("lost", self._lost)
 
     def judged(self) -> str | None:
-        """Return what is wrong with its world by its own oracle; None for nothing, or no oracle."""
-        return self._sentence("judge", self._judge)
+        """Return what is wrong with its world by its own oracle, or the campaign's; else None."""
+        said = self._sentence("judge", self._judge)
+        return self._by_the_campaign() if said is None else said
 
     def missed(self) -> str | None:
         """Return what its robot should have done by now and has not; None for nothing."""
@@ -118,6 +124,18 @@ class Asked:
             if found is None or isinstance(found, str):
                 return found
             raise SettingError(f"{part}() {shown(found)}", expected="a sentence or None")
+
+    def _by_the_campaign(self) -> str | None:
+        if self._oracle is None:
+            return None
+        try:
+            found: object = self._oracle(self._rig)
+        except Exception as error:
+            fault = f"judge: {type(error).__name__}: {text_of(error)} ({where_raised(error)})"
+            raise ConfigError.of_one("campaign", fault) from error
+        if found is None or isinstance(found, str):
+            return found
+        raise ConfigError.of_one("campaign", f"judge: {shown(found)}", "a sentence or None")
 
     def _method(self, part: str) -> Method | None:
         if part not in dir(self._rig):

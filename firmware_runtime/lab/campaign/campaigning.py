@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.again import number_of, trial_of_row
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import (
     Finding,
     as_in_rows,
@@ -31,7 +32,6 @@ from firmware_runtime.lab.campaign.findings import (
     make_folder,
 )
 from firmware_runtime.lab.campaign.healthy import healthy
-from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.kept_findings import (
     KeptFinding,
     folder_faults,
@@ -102,7 +102,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
         for_s=for_s,
         seed=seed,
         within_s=within_s,
-        without=tuple(without),
+        without=(without,) if isinstance(without, str) else tuple(without),
         pairs=pairs,
     )
     return carry_out(
@@ -134,7 +134,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
 ) -> Report:
     """Carry a campaign out; see `campaign`."""
     faults = [
-        *_faults_of(mission, runs, budget_s),
+        *_faults_of(mission, runs, budget_s, oracle),
         *how_faults(output, workers, scheduler, resume=resume),
         *(() if findings is None else folder_faults(findings)),
     ]
@@ -144,7 +144,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
         make_folder(findings)
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
-    if (by_itself := finding_without_faults(mission, findings)) is not None:
+    if (by_itself := finding_without_faults(mission, findings, oracle)) is not None:
         kept_there = _kept_in(findings, mission.board, [by_itself], oracle)
         return _summed_up(mission, (), [by_itself], kept_there)
     chosen = list(in_courses(space, runs))
@@ -253,9 +253,13 @@ def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from i
     )
 
 
-def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> Iterator[str]:
+def _faults_of(
+    mission: Mission, runs: object, budget_s: float | None, oracle: object
+) -> Iterator[str]:
     """Yield what is wrong with the choices, one sentence each."""
     yield from span_faults("--budget", budget_s)
-    if runs is not None and runs < 1:
-        yield f"--runs: {runs}; expected 1 or more"
+    if runs is not None and not (isinstance(runs, int) and runs >= 1):
+        yield f"--runs: {runs!r}; expected 1 or more"
+    if oracle is not None and not callable(oracle):
+        yield f"judge: {oracle!r}; expected a function of a rig"
     yield from mission.faults()

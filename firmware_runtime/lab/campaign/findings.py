@@ -18,9 +18,9 @@ from firmware_runtime.board.assignments import assigned
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.fork import in_child
 from firmware_runtime.lab.campaign.healthy import wrong_without_faults
-from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
 from firmware_runtime.lab.campaign.verdict import SOUND
@@ -139,11 +139,14 @@ def findings_of(
     return list(found.values())
 
 
-def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | None:
+def finding_without_faults(
+    mission: Mission, folder: Path | None, oracle: Oracle | None = None
+) -> Finding | None:
     """Return what is wrong with a mission that no fault strikes, saved if a folder is given."""
-    wrong = wrong_without_faults(mission)
+    wrong = wrong_without_faults(mission, oracle)
     if wrong is None:
         return None
+    needs_oracle = oracle is not None and wrong.oracle == _OWN
     if wrong.seed is not None:
         mission = replace(mission, seed=wrong.seed)
     finding = Finding(
@@ -156,6 +159,7 @@ def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | N
         mission=mission,
         row=0,
         count=1,
+        needs_oracle=needs_oracle and wrong_without_faults(mission) is None,
     )
     return finding if folder is None else _with_test(finding, folder, set())
 

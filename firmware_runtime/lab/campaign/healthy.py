@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Strike, Use
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
@@ -186,6 +187,7 @@ class _Run:
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names = watched.asked.names
             self.answers = watched.asked.answers
+            watched.asked.numbers()  # a rig whose truth is none is refused by that
             self.has_outputs = bool(watched.asked.outputs)
             self.stated = stated_by(
                 watched.rig, robot.board, self.names, self.places, watched.models
@@ -242,16 +244,17 @@ def _least(runs: Sequence[_Run]) -> dict[str, int]:
     return {name: min(each.get(name, 0) for each in found) for name in found[0]}
 
 
-def wrong_without_faults(mission: Mission) -> Wrong | None:
+def wrong_without_faults(mission: Mission, oracle: Oracle | None = None) -> Wrong | None:
     """Return what is wrong with a mission in which no fault is made, or with it later on.
 
-    It goes on for a minute, and to its end where it ends by itself.
+    An oracle of a campaign judges it, too. It goes on for a minute, and to its end where it ends by
+    itself.
     """
     found = healthy(mission)
     if found.wrong is not None:
         return found.wrong
     with mission.opened() as robot:
-        watched, wrong = Watched(robot, found.not_finite), None
+        watched, wrong = Watched(robot, found.not_finite, oracle), None
         until = _MINUTE
         if robot.session.robot.ended is not None:
             until = max(until, seconds(robot.board.doubles_run_s))

@@ -9,10 +9,9 @@ driven beside its envelope is watched until five seconds after that.
 """
 
 import copy
-from collections.abc import Callable, Iterator, Sequence
-from typing import Final, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Final
 
-from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
@@ -24,9 +23,6 @@ from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
 from firmware_runtime.statistics.figures import Figures
-
-Oracle: TypeAlias = Callable[[Rig], str | None]
-"""An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
 
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
@@ -44,11 +40,9 @@ class Judge:
         watched: Watched,
         healthy: Healthy,
         strikes: Sequence[Strike],
-        oracle: Oracle | None = None,
     ) -> None:
         self._watched = watched
         self._healthy = healthy
-        self._oracle = oracle
         self._most_held = healthy.stated.held
         names = {place.name for place in healthy.places}
         off_within = healthy.stated.off_within.items()
@@ -153,8 +147,6 @@ class Judge:
 
     def _own(self) -> tuple[str, str] | None:
         said = self._watched.asked.judged()
-        if said is None and self._oracle is not None:
-            said = self._oracle(self._watched.rig)
         return None if said is None else ("own", said)
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:

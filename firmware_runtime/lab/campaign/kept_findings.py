@@ -17,9 +17,9 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import wrong_without_faults
-from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.trial import Trial, alone
 from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.recording.recorded_board import code_of
@@ -126,7 +126,7 @@ def _run_again(kept: KeptFinding, oracle: Oracle | None = None) -> Again:
 
 def _outcome(finding: Finding, oracle: Oracle | None) -> tuple[str, str]:
     if not finding.faults:
-        wrong = wrong_without_faults(finding.mission)
+        wrong = wrong_without_faults(finding.mission, oracle)
         return (SOUND, "") if wrong is None else (wrong.oracle, wrong.what)
     row = alone(Trial(finding.mission, finding.faults), oracle=oracle)
     return str(row["outcome"]), str(row["what"])

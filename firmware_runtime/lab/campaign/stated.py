@@ -16,10 +16,11 @@ from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, expected_one_of, nearest
 from firmware_runtime.hal.strike import Place
+from firmware_runtime.lab.campaign.asked import ANSWERS
 from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, faults_of
 
 Span: TypeAlias = Annotated[float, Meta(gt=0, le=60)]
-_MISSPELT: Final = 0.9
+_MISSPELT: Final = 0.85
 """Share of letters from which on an attribute is taken for one of these."""
 
 
@@ -90,7 +91,7 @@ def stated_by(
     if stated is None or faults:
         raise ConfigError(f"{board.name}: its rig", faults)
     for attribute, unknown in (
-        ("borne", _unknown(stated.borne, names)),
+        ("borne", _unknown(stated.borne, names) if names else map(_no_number, stated.borne)),
         (
             "off_within_s",
             _unknown(stated.off_within_s, [*(place.name for place in places), *models]),
@@ -105,14 +106,18 @@ def stated_by(
 
 
 def _misspelt(rig: Rig) -> Iterator[str]:
-    known = Stated.__struct_fields__
-    for name in dir(rig):
-        if name not in known and (meant := nearest(name, known, _MISSPELT)) is not None:
+    known, names = {*Stated.__struct_fields__, *ANSWERS}, set(dir(rig))
+    for name in sorted(names - known):
+        if (meant := nearest(name, known - names, _MISSPELT)) is not None:
             yield f"{name}: did you mean {meant}?"
 
 
 def _plain(value: object) -> object:
     return dict(value) if isinstance(value, Mapping) else value
+
+
+def _no_number(name: str) -> str:
+    return f"{name}: there are no numbers in truth()"
 
 
 def _unknown(found: Iterable[str], known: Sequence[str]) -> Iterator[str]:

@@ -11,8 +11,8 @@ from typing import Final
 
 from msgspec import Struct
 
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.campaign.trial import forked, lost
 from firmware_runtime.lab.sweeps.row import Row

@@ -20,9 +20,10 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.fork import HANGS, in_child
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, healthy
-from firmware_runtime.lab.campaign.judge import Judge, Oracle
+from firmware_runtime.lab.campaign.judge import Judge
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import Case, Space
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
@@ -143,7 +144,7 @@ def forked(
         return
     mission, space = found.mission, Space(found)
     cases = sorted(((space[number], number) for number in numbers), key=_order)
-    with _healthy_again(found) as watched:
+    with _healthy_again(found, oracle) as watched:
         for place, (_, alike) in enumerate(groupby(cases, _course)):
             if _is_over(until) and not (is_first and place == 0):
                 return
@@ -154,13 +155,13 @@ def forked(
                 continue
             while watched.at < before:
                 watched.go_on()
-            together = partial(_together, course, watched, found, oracle)
+            together = partial(_together, course, watched, found)
             rows = in_child(together) if len(course) == 2 else []
             done = [] if isinstance(rows, str) else rows
             yield from done
             for trial, number in course:
                 if number not in [row["row"] for row in done]:
-                    work = partial(_from_here, trial, number, watched, found, oracle)
+                    work = partial(_from_here, trial, number, watched, found)
                     yield _answered(trial, number, in_child(work))
 
 
@@ -181,9 +182,7 @@ def _course(each: tuple[Case, int]) -> tuple[object, ...]:
     return number if is_one else -1, case.before, replace(first, for_s=None)
 
 
-def _together(
-    course: Sequence[tuple[Trial, int]], watched: Watched, found: Healthy, oracle: Oracle | None
-) -> list[Row]:
+def _together(course: Sequence[tuple[Trial, int]], watched: Watched, found: Healthy) -> list[Row]:
     """Run a fault for a while and the same one for ever, which are one run up to the first end.
 
     Where a transaction has come after that already, the row of the longer one alone is returned.
@@ -192,7 +191,7 @@ def _together(
     strike, hardware = shorter.strikes[0], watched.robot.session.hardware
     end = strike.at + strike.span
     hardware.strike(longer.strikes)
-    judge = Judge(watched, found, longer.strikes, oracle)
+    judge = Judge(watched, found, longer.strikes)
     verdict = _verdict(longer, lambda: judge.judge_until(end - EVERY))
     if verdict is not None and hardware.world_now() > end:  # it ended while it was switched off
         return [longer.row(its_number, verdict)]
@@ -217,11 +216,11 @@ def _together(
 
 
 @contextmanager
-def _healthy_again(found: Healthy) -> Iterator[Watched]:
+def _healthy_again(found: Healthy, oracle: Oracle | None) -> Iterator[Watched]:
     robot = found.mission.opened()
     try:
         robot.session.hardware.struck  # noqa: B018 -- made once, here
-        watched = Watched(robot, found.not_finite)
+        watched = Watched(robot, found.not_finite, oracle)
         gc.freeze()  # what there is now is no garbage of a child, which would copy it to look
         yield watched
     finally:
@@ -230,11 +229,9 @@ def _healthy_again(found: Healthy) -> Iterator[Watched]:
             robot.close()
 
 
-def _from_here(
-    trial: Trial, number: int, watched: Watched, found: Healthy, oracle: Oracle | None
-) -> Row:
+def _from_here(trial: Trial, number: int, watched: Watched, found: Healthy) -> Row:
     watched.robot.session.hardware.strike(trial.strikes)
-    judge = Judge(watched, found, trial.strikes, oracle)
+    judge = Judge(watched, found, trial.strikes)
     return trial.row(number, _verdict(trial, judge.judge))
 
 
@@ -249,8 +246,8 @@ def _from_the_start(
     except Exception as error:  # noqa: BLE001 -- of a driver or a model: the finding
         return _crash(trial, error)
     try:
-        watched = Watched(robot, found.not_finite)
-        return _verdict(trial, Judge(watched, found, trial.strikes, oracle).judge)
+        watched = Watched(robot, found.not_finite, oracle)
+        return _verdict(trial, Judge(watched, found, trial.strikes).judge)
     finally:
         with suppress(FirmwareRuntimeError):  # the verdict is there
             robot.close()

@@ -25,7 +25,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Kind, Place
 from firmware_runtime.hal.wire_errors import WARNING, Fault
-from firmware_runtime.lab.campaign.asked import Asked
+from firmware_runtime.lab.campaign.asked import Asked, Oracle
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.runs.session import quitting_is_a_bug
@@ -76,7 +76,12 @@ class Watched:
     each look.
     """
 
-    def __init__(self, robot: OpenBoard, exempt: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        robot: OpenBoard,
+        exempt: frozenset[str] = frozenset(),
+        oracle: Oracle | None = None,
+    ) -> None:
         rig = robot.rig
         assert rig is not None  # noqa: S101 -- it is on doubles of this process
         self.robot = robot
@@ -92,7 +97,7 @@ class Watched:
             for name, line in lines.items()
             if isinstance(line, Breakable)
         }
-        self.asked = Asked(rig, robot.board)
+        self.asked = Asked(rig, robot.board, oracle)
         self._levels: tuple[float, ...] = ()
         self._levels_since = 0
         self.reached: set[str] = set()
