@@ -9,15 +9,17 @@ driven beside its envelope is watched until five seconds after that.
 """
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.lab.campaign.cause import Cause, Failing
+from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.failures import Failures
 from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.outputs_on import OutputsOn
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
@@ -43,35 +45,27 @@ class Judge:
     ) -> None:
         self._watched = watched
         self._healthy = healthy
-        self._most_held = healthy.stated.held
-        names = {place.name for place in healthy.places}
-        off_within = healthy.stated.off_within.items()
-        self._off_within = {name: span for name, span in off_within if name in names}
-        self._off_after = {path: span for path, span in off_within if path not in names}
-        """Ns after which outputs are off where a device fails, and where a model has reported."""
-        self._go_by(strikes)
+        self._go_by(strikes, off_at=0)
         self._struck_at = self._cause.at if self._cause.shows_by_itself else None
-        self._shown: dict[Failing, int] = {}
-        """When each of what fails at each use first did."""
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._mute_for, self._outside_for = Lasting(), Lasting()
         self._has_fallen = False
         """Whether it has left its envelope while it was disarmed."""
-        self._off_at = 0
-        """When its outputs were last off."""
 
-    def _go_by(self, strikes: Sequence[Strike]) -> None:
+    def _go_by(self, strikes: Sequence[Strike], off_at: int) -> None:
         watched, healthy = self._watched, self._healthy
         driving = {*watched.lines, *watched.asked.outputs}
         self._strikes = strikes
         self._cause = Cause(strikes, driving)
+        self._failures = Failures(watched, healthy, self._cause)
+        self._outputs = OutputsOn(watched, healthy, self._cause, self._failures, off_at)
         self._recovery = Recovery(watched, healthy, self._cause)
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
         """Return the judge of faults that are over sooner, in a run that is the same so far."""
         other = copy.copy(self)
-        other._go_by(strikes)  # noqa: SLF001 -- its own
+        other._go_by(strikes, self._outputs.off_at)  # noqa: SLF001 -- its own
         return other
 
     def judge(self) -> Verdict:
@@ -115,16 +109,11 @@ class Judge:
         """Return the oracle that finds something wrong, and a sentence."""
         self._take_down()
         self._look = look
-        if not look.is_on:
-            self._off_at = look.at
         return (
             self._not_finite()
             or self._own()
-            or self._disarmed(look)
+            or self._outputs.judge(look)
             or self._invented(look)
-            or self._blind(look)
-            or self._driven_on(look)
-            or self._held(look)
             or self._stale(look)
             or self._late(look)
             or self._unnamed(look)
@@ -149,44 +138,6 @@ class Judge:
         said = self._watched.asked.judged()
         return None if said is None else ("own", said)
 
-    def _disarmed(self, look: Look) -> tuple[str, str] | None:
-        """A disarmed robot with an output on, be it one that brakes."""
-        within = self._healthy.within
-        if not (self._cause.is_disarmed and self._cause.at + within < look.at <= self._cause.end):
-            return None
-        if self._watched.asked.has_output_on:
-            return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
-        return None
-
-    def _blind(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is driven on without a device that it needs, and could be off."""
-        for device, since, end in self._failing() if look.is_on else ():
-            most = self._off_within.get(device, NEVER)
-            if look.at <= end and look.at - max(since, self._cause.out_of_reach_until) > most:
-                return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
-        return None
-
-    def _driven_on(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is driven on although a model has said what it may not be driven with."""
-        for path, since, most in self._to_be_off():
-            if look.at - since > most:
-                what = f"{path} reported a fault {most / SECOND:g} s ago, and it is driven on"
-                return "on", what
-        return None
-
-    def _to_be_off(self) -> Iterator[tuple[str, int, int]]:
-        """Yield each model that has reported, since when, and for how long outputs may be on.
-
-        None where they were off since then, or are out of reach.
-        """
-        begin = self._cause.out_of_reach_until
-        if not self._look.is_on or self._look.at < begin:
-            return
-        for path, most in self._off_after.items():
-            said = self._watched.said(self._cause.at, path)
-            if said is not None and self._off_at < said.at:
-                yield path, max(said.at, begin), most
-
     def _invented(self, look: Look) -> tuple[str, str] | None:
         """A robot that was disarmed, and no more, and reports something: nothing has failed.
 
@@ -201,33 +152,6 @@ class Judge:
             return None
         what = f"{said.model} reports {said.kind} ({said.sentence})"
         return "invented", f"{what}, and nothing failed: it was disarmed"
-
-    def _failing(self) -> Iterator[tuple[str, int, int]]:
-        """Yield what fails at each use, since when that has shown, and until when."""
-        for each in self._cause.failing:
-            if each not in self._shown and (at := self._shown_at(each)) is not None:
-                self._shown[each] = at
-            if each in self._shown:
-                yield each.device, self._shown[each], each.end
-
-    def _shown_at(self, failing: Failing) -> int | None:
-        """Return when a use first failed of what has a name; of other lines, when any has."""
-        for place in self._healthy.places:
-            if place.name == failing.device:
-                return self._watched.shown_at(place, failing.kind, failing.at)
-        return None if self._struck_at is None else max(failing.at, self._struck_at)
-
-    def _held(self, look: Look) -> tuple[str, str] | None:
-        """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
-
-        A robot that is pushed may drive at its limits for a while.
-        """
-        most = self._most_held
-        if most == NEVER or self._watched.held_for(look) <= most or self._cause.is_of_world:
-            return None
-        if self._cause.holds_outputs and look.at <= self._cause.end + most:
-            return None
-        return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"
 
     def _said_and_astray(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven far from where healthy ones are long after it has said why."""
@@ -251,7 +175,7 @@ class Judge:
 
         One more, or two, may come of what it was asked before.
         """
-        for device, since, end in self._failing():
+        for device, since, end in self._failures:
             if look.at > end:
                 continue
             places = self._healthy.places
@@ -265,14 +189,14 @@ class Judge:
         within = self._healthy.within
         if self._said is not None or not look.is_on:
             return None
-        if any(look.at <= end and look.at - since > within for _, since, end in self._failing()):
+        if any(look.at <= end and look.at - since > within for _, since, end in self._failures):
             return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
         return None
 
     def _unnamed(self, look: Look) -> tuple[str, str] | None:
         """A device that fails, of which no report says in time that it does."""
         named_within = max(_NAMED, self._healthy.within)
-        for device, since, end in self._failing() if self._said is not None else ():
+        for device, since, end in self._failures if self._said is not None else ():
             if min(look.at, end) - since <= named_within:
                 continue
             places = (place for place in self._healthy.places if place.name == device)
@@ -315,7 +239,7 @@ class Judge:
         begin = cause.at if cause.end == NEVER else cause.end
         if at - begin < RECOVER and self._is_ahead:
             return False
-        if any(True for _ in self._to_be_off()):
+        if self._outputs.may_be_wrong(self._look):
             return False
         if cause.end != NEVER:
             well_since = self._recovery.well_since
@@ -384,7 +308,7 @@ class Judge:
     def _slowed(self, at: int) -> tuple[str, str] | None:
         """A device that it uses less often than a healthy one, which has taken the same arrows."""
         healthy, watched = self._healthy, self._watched
-        since = max(self._off_at, self._cause.at)
+        since = max(self._outputs.off_at, self._cause.at)
         if at - since < SPAN or not watched.reached <= healthy.reached:
             return None
         least = dict(healthy.least_uses)

@@ -1,0 +1,94 @@
+"""Outputs that are on though they have to be off: as the rig says, or as nothing commands them."""
+
+from collections.abc import Iterator
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.failures import Failures
+from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.watched import Look, Watched
+
+
+class OutputsOn:
+    """Goes by the outputs of one run, look by look; `off_at` is when they were last off."""
+
+    def __init__(
+        self,
+        watched: Watched,
+        healthy: Healthy,
+        cause: Cause,
+        failures: Failures,
+        off_at: int = 0,
+    ) -> None:
+        self.off_at = off_at
+        self._watched = watched
+        self._cause = cause
+        self._failures = failures
+        self._most_held, self._within = healthy.stated.held, healthy.within
+        names = {place.name for place in healthy.places}
+        off_within = healthy.stated.off_within.items()
+        self._off_within = {name: span for name, span in off_within if name in names}
+        self._off_after = {path: span for path, span in off_within if path not in names}
+        """Ns after which outputs are off where a device fails, and where a model has reported."""
+
+    def judge(self, look: Look) -> tuple[str, str] | None:
+        """Return the oracle that finds something wrong, and a sentence."""
+        if not look.is_on:
+            self.off_at = look.at
+        return (
+            self._disarmed(look) or self._blind(look) or self._driven_on(look) or self._held(look)
+        )
+
+    def may_be_wrong(self, look: Look) -> bool:
+        """Whether they are on, and will have to be off soon, as a model has reported."""
+        return any(True for _ in self._to_be_off(look))
+
+    def _disarmed(self, look: Look) -> tuple[str, str] | None:
+        """A disarmed robot with an output on, be it one that brakes."""
+        cause, within = self._cause, self._within
+        if not (cause.is_disarmed and cause.at + within < look.at <= cause.end):
+            return None
+        if self._watched.asked.has_output_on:
+            return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
+        return None
+
+    def _blind(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on without a device that it needs, and could be off."""
+        for device, since, end in self._failures if look.is_on else ():
+            most = self._off_within.get(device, NEVER)
+            if look.at <= end and look.at - max(since, self._cause.out_of_reach_until) > most:
+                return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
+        return None
+
+    def _driven_on(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on although a model has said what it may not be driven with."""
+        for path, since, most in self._to_be_off(look):
+            if look.at - since > most:
+                what = f"{path} reported a fault {most / SECOND:g} s ago, and it is driven on"
+                return "on", what
+        return None
+
+    def _to_be_off(self, look: Look) -> Iterator[tuple[str, int, int]]:
+        """Yield each model that has reported, since when, and for how long outputs may be on.
+
+        None where they were off since then, or are out of reach.
+        """
+        begin = self._cause.out_of_reach_until
+        if not look.is_on or look.at < begin:
+            return
+        for path, most in self._off_after.items():
+            said = self._watched.said(self._cause.at, path)
+            if said is not None and self.off_at < said.at:
+                yield path, max(said.at, begin), most
+
+    def _held(self, look: Look) -> tuple[str, str] | None:
+        """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
+
+        A robot that is pushed may drive at its limits for a while.
+        """
+        most = self._most_held
+        if most == NEVER or self._watched.held_for(look) <= most or self._cause.is_of_world:
+            return None
+        if self._cause.holds_outputs and look.at <= self._cause.end + most:
+            return None
+        return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"
