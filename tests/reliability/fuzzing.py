@@ -22,7 +22,16 @@ from msgspec.structs import replace
 
 from tests.reliability.fuzz_seeds import keep_corpus, seeds
 from tests.reliability.fuzz_targets import TARGETS
-from tests.reliability.results import BUILD, ROOT, Result, commit, ends_at, read_kept, renewed
+from tests.reliability.results import (
+    BUILD,
+    ROOT,
+    Result,
+    commit,
+    ends_at,
+    in_order,
+    read_kept,
+    summed,
+)
 
 _LONGEST: Final = 4096
 _OPTIONS: Final = ("-timeout=20", "-rss_limit_mb=2500", "-print_final_stats=1", "-verbosity=0")
@@ -37,12 +46,10 @@ class Fuzzed(Struct, frozen=True):
     finding: str = ""
     commit: str = ""
 
-    def after(self, earlier: "Fuzzed | None") -> "Fuzzed":
+    def after(self, earlier: "Fuzzed") -> "Fuzzed":
         """Return it with the inputs of before; what was found then is to be found again."""
-        if earlier is None:
-            return self
-        commits = dict.fromkeys([*earlier.commit.split(", "), self.commit])
-        return replace(self, inputs=earlier.inputs + self.inputs, commit=", ".join(commits))
+        commits = in_order(earlier.commit, self.commit)
+        return replace(self, inputs=earlier.inputs + self.inputs, commit=commits)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -76,9 +83,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     kept = read_kept("fuzzing") if arguments.add else None
     if kept is not None:
         earlier = msgspec.convert(kept.result.figures["targets"], list[Fuzzed])
-        before = {each.name: each for each in earlier}
-        together = [each.after(before.get(each.name)) for each in found]
-        found = renewed(earlier, together, lambda each: each.name)
+        found = summed(earlier, found)
     inputs, wrong = sum(each.inputs for each in found), sum(bool(each.finding) for each in found)
     tried = f"{len(found)} of {len(TARGETS)} targets"
     return Result(

@@ -3,17 +3,16 @@
 import math
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Protocol, Self, TypeVar
 
 import msgspec
 from msgspec import Struct
 
 from benchmarks.shared.results import RESULTS, conditions
 
-T = TypeVar("T")
 ROOT: Final = Path(__file__).parents[2]
 BUILD: Final = ROOT / "build" / "reliability"
 KEPT: Final = RESULTS / "reliability"
@@ -69,10 +68,30 @@ def read_kept(name: str, folder: Path = KEPT) -> Kept | None:
     return msgspec.json.decode(path.read_bytes(), type=Kept) if path.exists() else None
 
 
-def renewed(earlier: Iterable[T], now: Sequence[T], name_of: Callable[[T], str]) -> list[T]:
-    """Return what was measured now beside what was before, of others by their names."""
-    again = {name_of(each) for each in now}
-    return [*(each for each in earlier if name_of(each) not in again), *now]
+class Summed(Protocol):
+    """Something that is measured in several runs, each by its name."""
+
+    @property
+    def name(self) -> str:
+        """Return what it is of."""
+
+    def after(self, earlier: Self) -> Self:
+        """Return both together."""
+
+
+S = TypeVar("S", bound=Summed)
+
+
+def summed(earlier: Iterable[S], now: Sequence[S]) -> list[S]:
+    """Return what was measured now, together with what was before."""
+    before = {each.name: each for each in earlier}
+    together = [each.after(before.pop(each.name)) if each.name in before else each for each in now]
+    return [*before.values(), *together]
+
+
+def in_order(*commits: str) -> str:
+    """Return commits, each once, where each of these may be several."""
+    return ", ".join(dict.fromkeys(each for some in commits for each in some.split(", ")))
 
 
 def commit() -> str:

@@ -12,6 +12,7 @@ import random
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -31,7 +32,7 @@ from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.this_system import allowed_cpus
-from tests.reliability.results import Result, commit, read_kept, renewed
+from tests.reliability.results import Result, commit, in_order, read_kept, summed
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
 MINUTE_S: Final = 60.0
@@ -60,6 +61,27 @@ class Soaked(Struct, kw_only=True):
     """How many runs ended by themselves, `stopped` or `failed`."""
     wrong: list[str] = []
 
+    @property
+    def name(self) -> str:
+        """Return the board."""
+        return self.board
+
+    def after(self, earlier: "Soaked") -> "Soaked":
+        """Return both: what was wrong before stays so, until it is soaked anew."""
+        counts = Counter(earlier.ended) + Counter(self.ended)
+        return Soaked(
+            board=self.board,
+            commit=in_order(earlier.commit, self.commit),
+            robot_s=earlier.robot_s + self.robot_s,
+            faults=earlier.faults + self.faults,
+            runs=earlier.runs + self.runs,
+            activations=earlier.activations + self.activations,
+            keyframes=self.keyframes,
+            growth_mb=max(earlier.growth_mb, self.growth_mb),
+            ended=dict(counts),
+            wrong=[*earlier.wrong, *self.wrong],
+        )
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
@@ -67,7 +89,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--minutes", type=float, help="of this machine, for all of them together")
     parser.add_argument("--boards", nargs="+", choices=BOARDS, default=list(BOARDS))
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--add", action="store_true", help="to what is kept of other robots")
+    parser.add_argument("--add", action="store_true", help="to what is kept; choose another --seed")
     parser.add_argument("--real", action="store_true", help="in real time, with the same faults")
 
 
@@ -91,7 +113,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     if kept is not None:
         boards = msgspec.convert(kept.result.figures["boards"], list[Soaked])
         earlier = [replace(each, commit=each.commit or kept.commit) for each in boards]
-        found = renewed(earlier, found, lambda each: each.board)
+        found = summed(earlier, found)
     wrong = [f"{each.board}: {fault}" for each in found for fault in each.wrong]
     hours = sum(each.robot_s for each in found) / 3600
     faults = sum(each.faults for each in found)

@@ -23,7 +23,7 @@ from tests.reliability import (
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
-from tests.reliability.results import ROOT, Result, keep, read_kept, renewed
+from tests.reliability.results import ROOT, Result, keep, read_kept, summed
 
 SOURCE = '''
 """A module."""
@@ -134,10 +134,14 @@ def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board:
     assert soaked.keyframes > 0
 
 
-def test_what_is_measured_again_takes_the_place_of_what_was_before() -> None:
-    first, other = soak.Soaked(board="tachobot", faults=1), soak.Soaked(board="detective", faults=2)
-    again = soak.Soaked(board="tachobot", faults=3)
-    assert renewed([first, other], [again], lambda each: each.board) == [other, again]
+def test_a_robot_that_is_soaked_again_has_its_hours_together() -> None:
+    other = soak.Soaked(board="detective", faults=2)
+    first = soak.Soaked(board="tachobot", commit="aaaa", faults=1, growth_mb=3.0, wrong=["it"])
+    again = soak.Soaked(board="tachobot", commit="bbbb", faults=3, runs=2, ended={"failed": 1})
+    (same, both) = summed([first, other], [again])
+    assert same == other
+    assert (both.commit, both.faults, both.runs, both.growth_mb) == ("aaaa, bbbb", 4, 3, 3.0)
+    assert (both.ended, both.wrong) == ({"failed": 1}, ["it"])
 
 
 def test_what_is_fuzzed_again_has_its_inputs_together_and_what_was_found_now() -> None:
@@ -145,7 +149,7 @@ def test_what_is_fuzzed_again_has_its_inputs_together_and_what_was_found_now() -
     now = fuzzing.Fuzzed("keys", 5, "", "bbbb")
     assert now.after(earlier) == fuzzing.Fuzzed("keys", 15, "", "aaaa, bbbb")
     assert now.after(now).commit == "bbbb"
-    assert now.after(None) is now
+    assert summed([], [now]) == [now]
 
 
 def test_the_document_is_what_the_results_say() -> None:
