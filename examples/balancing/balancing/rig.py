@@ -54,9 +54,9 @@ class BalancingRig(BoardRig):
     """An IMU that had no supply is up after a second, with its gyro's bias, and then the pitch is
     found anew."""
     borne = MappingProxyType({"balancing.world.pitch_rad": 0.3, "balancing.world.place_m": 1.0})
-    """It swings half so far when it is pushed, and takes that up; and so far where its accelerometer
-    lied as it was let go: its first pitch is what that says, and nothing else knows it. Its place it knows by its own drive
-    alone, having no encoders: what a fault makes of that is not found."""
+    """It swings half so far when it is pushed, and takes that up; and so far if its accelerometer
+    lied as it was let go: its first pitch is what that says, and nothing else knows it. Its place
+    it knows by its own drive alone, having no encoders: what a fault makes of that is not found."""
 
     @property
     def shown(self) -> OutPort[float]:
