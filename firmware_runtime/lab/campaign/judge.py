@@ -4,8 +4,8 @@ A verdict is `sound` once the judge is sure: half a second after a robot is heal
 lasting fault was reported, two where it is driven on, or three seconds after one that shows in
 nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
 one has taken by then, is watched until five seconds after the fault, or after its begin where it
-lasts. One that has said why and is
-driven beside its envelope is watched until five seconds after that.
+lasts. One that has said why and is driven beside its envelope is watched until five seconds after
+that.
 """
 
 import copy

@@ -5,7 +5,7 @@
 | `crash` | something was raised that is no fault of the world, or the process died |
 | `hang` | a second of the robot takes no end of processor time |
 | `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
-| | or what it needs, as the rig says, fails |
+| | or what it needs, as the rig says, fails, or has reported a fault |
 | `held` | outputs have been on and as they are for too long, where the rig says how long is |
 | `stale` | a device fails at each use, and its model sends values all the same |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
@@ -18,7 +18,7 @@
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
 | `unhealed` | long after a fault outputs are off, or it is still reported; or a run has ended of |
 | | one that was over at once, where the rig says that it heals |
-| `invented` | a fault is reported in a mission without any |
+| `invented` | a fault is reported in a mission without any, or where it was only disarmed |
 | `idle` | a mission without any fault never has an output on |
 | `missed` | a mission without any fault does not come to what it is for, as the rig knows |
 | `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
