@@ -177,20 +177,22 @@ def test_a_turn_begins_and_ends_with_a_rate_of_zero(
 @pytest.mark.parametrize(
     ("right", "left", "applied"),
     [
+        (CLOCKWISE, CLOCKWISE, Applied.ALL),
         (STILL, STILL, Applied.ALL),
         (7, 7, Applied.ALL),
         (CLOCKWISE, COUNTERCLOCKWISE, Applied.NOTHING),
         (CLOCKWISE, CLOCKWISE, Applied.NOTHING),
     ],
 )
-def test_nothing_is_said_of_what_does_not_move(
+def test_nothing_is_said_of_what_does_not_turn(
     bench: AtomicBench, right: int, left: int, applied: Applied
 ) -> None:
     bench.put(10, right=right, left=left, applied=applied)
     assert turned(bench, 20, range(5)) == []
 
 
-def test_what_goes_straight_has_a_rate_of_zero(bench: AtomicBench) -> None:
+def test_what_goes_straight_has_a_rate_of_zero_where_nothing_else_tells() -> None:
+    bench = AtomicBench(VehicleTurn("commanded_turn", 20.0, goes_straight=True))
     bench.put(10, right=CLOCKWISE, left=CLOCKWISE, applied=Applied.ALL)
     assert turned(bench, 20, range(3)) == [(0.0, 0), (0.0, 1), (0.0, 2)]
     bench.put(85, left=COUNTERCLOCKWISE)

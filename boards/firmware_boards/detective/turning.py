@@ -104,11 +104,14 @@ class CommandedTurn(Atomic):
 class VehicleTurn(CommandedTurn):
     """Two treads, `right` and `left`, that turn a vehicle by going against each other.
 
-    It goes straight by both going the same way: where one does not, it turns.
+    It goes straight by both going the same way: where one does not, it turns. That is found with
+    `goes_straight`, and so is a push that turns it aside: for treads that tell nothing of
+    themselves. Those with encoders are found by these, and bear a push.
     """
 
-    def __init__(self, name: str, full_deg_s: float) -> None:
+    def __init__(self, name: str, full_deg_s: float, *, goes_straight: bool = False) -> None:
         super().__init__(name, full_deg_s)
+        self.goes_straight = goes_straight
         self.right = self.in_port("right", int)
         self.left = self.in_port("left", int)
         self._right = self._left = 0
@@ -126,8 +129,8 @@ class VehicleTurn(CommandedTurn):
 
     @property
     def moves(self) -> bool:
-        """Whether a tread is told to go."""
-        return self._right != 0 or self._left != 0
+        """Whether it is told to turn, or to go straight, where that counts."""
+        return super().moves or (self.goes_straight and self._right != 0)
 
 
 class HeadTurn(CommandedTurn):

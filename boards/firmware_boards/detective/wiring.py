@@ -129,7 +129,10 @@ class DetectiveRobot(Coupled):
     def _add_turn_check(self, stated: TurnCheckTable) -> CommandedTurn:
         """Commands that pass the gates, and headings -> turn_check -> the mission has failed."""
         full_deg_s = stated.full_turn_deg_s * self.treads.settings.speed
-        commanded = self.add(VehicleTurn("commanded_turn", full_deg_s))
+        has_no_encoders = self.treads.settings.full_counts_s is None
+        commanded = self.add(
+            VehicleTurn("commanded_turn", full_deg_s, goes_straight=has_no_encoders)
+        )
         self.couple(self.right_gate.passed, commanded.right)
         self.couple(self.left_gate.passed, commanded.left)
         self.couple(self.treads.applied_out, commanded.applied)
