@@ -79,7 +79,7 @@ class TachobotRig(BoardRig):
     borne: ClassVar[Mapping[str, float]] = MappingProxyType(
         {f"tachobot.world.{axis}.{part}": 0.05 for axis in "xy" for part in (0, 1)}
     )
-    """Where it hovers: 0.05 m and 0.05 m/s, and healthy ones stay within a tenth of that."""
+    """Where it hovers: 0.05 m and 0.05 m/s, and healthy ones stay within a fifth of that."""
     held_within_s = 0.25
     """It follows each sample, whose noise alone changes it within 0.1 s."""
     healed_within_s = 2.2

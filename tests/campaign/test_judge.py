@@ -125,7 +125,7 @@ def test_a_report_of_a_robot_that_was_disarmed_and_no_more_is_invented(
         assert_sound("detective", [disarmed], for_s=8.0)
 
 
-def test_a_robot_that_goes_on_by_itself_later_though_its_fault_lasts_is_found(
+def test_a_robot_that_may_go_on_by_itself_though_its_fault_lasts_is_watched_for_five_seconds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     blind = Strike("nack", "eyes", at_s=2.0)

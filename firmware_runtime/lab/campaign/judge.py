@@ -235,12 +235,16 @@ class Judge:
     @property
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
+        return (
+            self._is_settled
+            and not self._outputs.may_be_wrong(self._look)
+            and not self._may_go_astray
+        )
+
+    @property
+    def _is_settled(self) -> bool:
+        """Whether it has for a while been well, or said why it is not, or shown nothing."""
         at, cause = self._watched.at, self._cause
-        begin = cause.at if cause.end == NEVER else cause.end
-        if at - begin < RECOVER and self._is_ahead:
-            return False
-        if self._outputs.may_be_wrong(self._look):
-            return False
         if cause.end != NEVER:
             well_since = self._recovery.well_since
             return well_since is not None and at - well_since >= _SETTLED
@@ -248,13 +252,17 @@ class Judge:
             return at - cause.at >= _WATCHED
         since = at - self._said.at
         drives_on = self._look.is_on and not cause.holds_outputs
-        is_settled = since >= (_DRIVEN_ON if drives_on else _SETTLED)
-        return (is_settled and not self._is_aside(self._look)) or since > RECOVER
+        is_long = since >= (_DRIVEN_ON if drives_on else _SETTLED)
+        return (is_long and not self._is_aside(self._look)) or since > RECOVER
 
     @property
-    def _is_ahead(self) -> bool:
-        """Whether a state diagram has gone where no healthy one goes until a while later."""
-        return not self._watched.reached <= self._healthy.reached_by(self._watched.at)
+    def _may_go_astray(self) -> bool:
+        """Whether a state diagram has just gone where no healthy one goes until a while later."""
+        at, cause = self._watched.at, self._cause
+        begin = cause.at if cause.end == NEVER else cause.end
+        if at - begin >= RECOVER:
+            return False
+        return not self._watched.reached <= self._healthy.reached_by(at)
 
     # The end -------------------------------------------------------------------------------------
 

@@ -22,6 +22,7 @@ from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import Check, OutPort
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.fault_log import CountedFault
 from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Kind, Place
 from firmware_runtime.hal.wire_errors import WARNING, Fault
@@ -51,7 +52,12 @@ class Said(Struct, frozen=True):
     model: str
     kind: str
     at: int
-    sentence: str = ""
+    sentence: str
+
+    @classmethod
+    def of(cls, counted: CountedFault, at: int) -> "Said":
+        """Return what was counted, as it was said at an instant."""
+        return cls(counted.path, counted.kind, at, counted.sentence)
 
 
 class Lasting:
@@ -166,12 +172,7 @@ class Watched:
         None if there is none.
         """
         found = [
-            Said(
-                each.path,
-                each.kind,
-                each.first_at if each.first_at >= since else each.last_at,
-                each.sentence,
-            )
+            Said.of(each, each.first_at if each.first_at >= since else each.last_at)
             for each in self.session.executive.faults.counted
             if each.last_at >= since and model in {None, each.path}
         ]
@@ -180,7 +181,7 @@ class Watched:
     def said_wrongly(self, warned: Collection[str]) -> Said | None:
         """Return the first fault reported, if all is well; models that warn rightly may warn."""
         found = [
-            Said(each.path, each.kind, each.first_at, each.sentence)
+            Said.of(each, each.first_at)
             for each in self.session.executive.faults.counted
             if each.kind != WARNING or each.path not in warned
         ]
@@ -214,7 +215,7 @@ class Watched:
     def said_last(self) -> Said | None:
         """Return the fault that was reported last; None if there is none."""
         counted = self.session.executive.faults.counted
-        found = [Said(each.path, each.kind, each.last_at) for each in counted]
+        found = [Said.of(each, each.last_at) for each in counted]
         return max(found, key=lambda each: each.at, default=None)
 
     def shown_at(self, place: Place, kind: Kind, since: int) -> int | None:
