@@ -33,7 +33,7 @@ def bench() -> EscBench:
         "throttle is obeyed once armed and clipped to its range": (
             f"{AHEAD}; 6000 throttle=7.0; pulse_us is 2000; 7000 throttle=-1.0; pulse_us is 1000"
         ),
-        "without a timeout a throttle holds": f"{AHEAD}; 60000; pulse_us is 1500",
+        "without a timeout a throttle holds": f"{AHEAD}; 20000; pulse_us is 1500",
         "disarming ends in no signal at all": (
             f"{AHEAD}; 6000 arm=False; off is True; armed is 4000 -6000; consecutive is ()"
         ),

@@ -61,6 +61,7 @@ def test_smbus_busio_and_board_can_be_imported(i2c_double: Connect) -> None:
     assert digitalio.DigitalInOut("D4").value
 
 
+@pytest.mark.slow
 def test_a_session_leaves_nothing_in_the_way_of_imports_after_it(tmp_path: Path) -> None:
     before = sys.meta_path.copy()
     ended = pytest.main(["-q", "-p", "no:cacheprovider", f"--rootdir={tmp_path}", f"{tmp_path}"])

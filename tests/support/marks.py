@@ -12,15 +12,18 @@ real time.
 How long a test takes by the clock says little where other programs run, so it is held to its mark
 by processor time, its own and that of the processes it waited for: over a quarter of a second
 without a mark is reported at the end, ten times that fails the session: processors that share their
-parts with a busy neighbour take up to three times as long.
+parts with a busy neighbour take up to three times as long. What hypothesis reads once in a process,
+up to three seconds of it, is no test's.
 """
 
+import functools
 import resource
 import time
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
+from hypothesis import strategies
 
 REAL_TIME = "real_time"
 REAL_TIME_FOLDERS = frozenset({"safety", "ros2"})
@@ -54,6 +57,11 @@ class Marks:
     def __init__(self) -> None:
         self._unmarked: dict[str, float] = {}
 
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Let hypothesis read what it needs before its first test is measured."""
+        if item.get_closest_marker("hypothesis"):
+            _prepare_hypothesis()
+
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, None, None]:
         """Let the report carry the test's processor time, from whatever worker."""
@@ -82,6 +90,13 @@ class Marks:
             terminalreporter.section(f"over {LIMIT_S} s of processor time: mark these `slow`")
         for test, spent in sorted(self._unmarked.items(), key=lambda each: -each[1]):
             terminalreporter.line(f"{spent:.2f} s  {test}")
+        if any(spent > FAILS_AT_S for spent in self._unmarked.values()):
+            terminalreporter.section(f"failed: over {FAILS_AT_S} s without the mark `slow`")
+
+
+@functools.cache
+def _prepare_hypothesis() -> None:
+    strategies.text().validate()  # Unicode's tables, and the constants in this project's modules
 
 
 def _processor_time_s() -> float:

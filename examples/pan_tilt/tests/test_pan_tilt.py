@@ -116,6 +116,7 @@ def pans_after(disarmed_s: float, shines_from_s: float) -> list[float]:
         return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shines_from_s", [0.0, 1e3], ids=["following", "searching"])
 def test_time_spent_disarmed_changes_no_later_answer(shines_from_s: float) -> None:
     waited = pans_after(50.0, shines_from_s)
