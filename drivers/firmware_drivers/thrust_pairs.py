@@ -51,10 +51,12 @@ class ThrustPairs(Actuator):
 
     off, driving --forces?--> reporting (0) --duties!, fault!--> driving (timeout)
     driving --(timeout)--> stopped --> reporting --duties!, fault!--> off
+    driving --enable? false--> stopped --> reporting --duties!--> off, until enable? true
 
-    The other phases are those of `Actuator`; forces are taken while a stop is repeated too. A
-    command is stale at once: forces that come while outputs are disabled or the chip is not up have
-    no effect. While a stop is not acknowledged the chip's duties are not known, and none are sent.
+    Where nothing is coupled to `enable` they are enabled. The other phases are those of `Actuator`;
+    forces are taken while a stop is repeated too. A command is stale at once: forces that come
+    while outputs are disabled or the chip is not up have no effect. While a stop is not
+    acknowledged the chip's duties are not known, and none are sent.
     """
 
     def __init__(
@@ -67,10 +69,12 @@ class ThrustPairs(Actuator):
         chip.users.add(name, stops_all=True)
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line, interlock)
         self.forces = self.in_port("forces", Forces)
+        self.enable = self.in_port("enable", bool)
         self.duties_out = self.out_port("duties", tuple)
         self.chip = chip
         self.settings = settings
         self.duties: tuple[float, ...] = OFF
+        self._is_enabled = True
         self._since_write = 0
 
     def output(self) -> None:
@@ -83,11 +87,17 @@ class ThrustPairs(Actuator):
         """Write the newest force vector; while the chip is not up, forces have no effect."""
         self._since_write += elapsed
         self.since_poll += elapsed
+        if self.enable:
+            self._is_enabled = self.enable[-1]
         if self.phase.startswith("bring_up"):
             self.continue_(elapsed)
-        else:
+        elif self.forces:
             self._obey(self.forces[-1])
             self.activate("reporting")
+        elif self._is_enabled or not any(self.duties):
+            self.continue_(elapsed)
+        else:
+            self.stop()
 
     def settle(self) -> None:
         """Wait for forces, for no longer than the timeout while propellers turn."""
@@ -119,7 +129,7 @@ class ThrustPairs(Actuator):
                 NotReady(f"forces {tuple(forces)} N", where=self.path, expected="finite numbers")
             )
             self.stop()
-        elif self.interlock():
+        elif self._is_enabled and self.interlock():
             self._drive(forces)
         elif any(self.duties) or self.is_stop_due:
             self.stop()

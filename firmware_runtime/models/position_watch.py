@@ -1,8 +1,9 @@
-"""Quality of a position, by how long ago the last one came: a state diagram."""
+"""Quality of a position, by how long ago the last one came that was believed: a state diagram."""
 
 from dataclasses import dataclass
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.hal.wire_errors import Fault, NotReady
 from firmware_runtime.models.position_fix import FixReport, PositionState
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, Kept, State, Word
@@ -21,11 +22,11 @@ class PositionPatience:
 
 
 class PositionWatch(StateDiagram):
-    """Says how good the position is whenever that changes.
+    """Says how good the position is whenever that changes, and reports that there is none.
 
     no position --fix?--> found (0) --state! TRACKING--> tracking
-    tracking (coasts) --fix?--> tracking;  --state! COASTING--> coasting
-    coasting (lost) --fix?--> found;  --state! LOST--> lost
+    tracking (coasts) --fix?--> tracking;  --state! COASTING, fault!--> coasting
+    coasting (lost) --fix?--> found;  --state! LOST, fault!--> lost
     lost (safe) --fix?--> found;  --state! SAFE--> safe
     """
 
@@ -33,6 +34,7 @@ class PositionWatch(StateDiagram):
         super().__init__(name)
         self.fix = self.in_port("fix", FixReport)
         self.state = self.out_port("state", PositionState)
+        self.fault = self.out_port("fault", Fault)
         self.follow(
             (
                 State("no position", NEVER, Arrow("fix?any", "found")),
@@ -41,17 +43,35 @@ class PositionWatch(StateDiagram):
                     "tracking",
                     "coasts",
                     Arrow("fix?any", "tracking"),
-                    Arrow("state!coasting", "coasting"),
+                    Arrow("state!coasting fault!coasts", "coasting"),
                 ),
-                State("coasting", "lost", Arrow("fix?any", "found"), Arrow("state!lost", "lost")),
+                State(
+                    "coasting",
+                    "lost",
+                    Arrow("fix?any", "found"),
+                    Arrow("state!lost fault!loses", "lost"),
+                ),
                 State("lost", "safe", Arrow("fix?any", "found"), Arrow("state!safe", "safe")),
                 State("safe", NEVER),
             ),
-            {"any": _any, **{state.name.lower(): _word(state) for state in PositionState}},
+            {
+                "any": _any,
+                "coasts": self._none_for(patience.coasts),
+                "loses": self._none_for(patience.lost),
+                **{state.name.lower(): _word(state) for state in PositionState},
+            },
             coasts=patience.coasts,
             lost=patience.lost - patience.coasts,
             safe=patience.safe - patience.lost,
         )
+
+    def _none_for(self, span: int) -> Word:
+        sentence, expected = f"no position was believed for {span / SECOND:g} s", "one that agrees"
+
+        def fault(_kept: Kept) -> Fault:
+            return Fault.of(NotReady(sentence, where=self.path, expected=expected), 1)
+
+        return fault
 
 
 def _any(_fix: FixReport, _kept: Kept) -> bool:

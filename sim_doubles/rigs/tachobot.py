@@ -76,16 +76,39 @@ class TachobotRig(BoardRig):
     )
     """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`), or where it does not
     turn as it is driven."""
-    borne: ClassVar[Mapping[str, float]] = MappingProxyType(
-        {f"tachobot.world.{axis}.{part}": 0.05 for axis in "xy" for part in (0, 1)}
-    )
-    """Where it hovers: 0.05 m and 0.05 m/s, and healthy ones stay within a fifth of that."""
-    held_within_s = 0.25
-    """It follows each sample, whose noise alone changes it within 0.1 s."""
-    healed_within_s = 2.2
-    """A PCA9685 that was reset is found so once a second (`POLL_EVERY`), and by its movement just
-    before that where it braked, which then rests for another second (`movement_check.again_s`); an
-    IMU that answers again is up after 0.4 s, and 0.9 s at the start, with the gyro's bias."""
+
+    @property
+    def held_within_s(self) -> float:
+        """It follows each sample, whose noise alone changes it within 0.1 s.
+
+        Where it hovers its lift never changes, and is at no end of its range, so that pairs at
+        theirs count: as long as it takes to stop a turn.
+        """
+        return 0.25 if self._settings.esc_in_use is None else 1.5
+
+    @property
+    def borne(self) -> Mapping[str, float]:
+        """Where it hovers, in m, m/s, rad and rad/s: what one propeller of eight pushes it aside.
+
+        Nothing but that pushes there, not even friction, and the others hold it. What turns it
+        further its movement contradicts; nothing on board measures where it is.
+        """
+        if self._settings.esc_in_use is None:
+            return {}
+        moves = {f"tachobot.world.{axis}.{part}": 0.2 for axis in "xy" for part in (0, 1)}
+        yaw = {self._probe.yaw_rad.path: 0.35, self._probe.yaw_rate_rad_s.path: 0.35}
+        return {**moves, **yaw}
+
+    @property
+    def healed_within_s(self) -> float:
+        """2.2 s, and where it hovers what its speed controller takes to be armed again, too.
+
+        A PCA9685 that was reset is found so once a second (`POLL_EVERY`), and by its movement just
+        before that where it braked, which then rests for another second (`movement_check.again_s`);
+        an IMU that answers again is up after 0.4 s, and 0.9 s at the start, with the gyro's bias.
+        """
+        esc = self._settings.esc_in_use
+        return 2.2 + (0.0 if esc is None else esc.arming_s)
 
     @property
     def is_driven(self) -> bool:

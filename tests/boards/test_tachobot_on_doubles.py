@@ -222,6 +222,19 @@ def test_free_mode_lifts_first_then_holds_x_y_and_yaw_and_both_chips_are_made_sa
     assert robot.rig.thrust.all_off
 
 
+def test_a_lift_whose_chip_failed_is_armed_again_and_nothing_turns_meanwhile() -> None:
+    robot = flown(4.0, "controller.mode=free")
+    esc = robot.rig.esc
+    assert esc is not None
+    esc.power_cycle()
+    robot.run(5.5)
+    assert esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
+    assert robot.rig.thrust.all_off
+    robot.run(14)
+    assert esc.duty(0) == pytest.approx(1600e-6 * 50, abs=1 / 4096)
+    assert yaw_rad(robot) == pytest.approx(1.0, abs=0.05)
+
+
 def test_on_the_platform_one_pca9685_and_one_mpu9250_are_all_it_takes() -> None:
     robot = virtual_tachobot()
     spoken_to: set[int] = set()

@@ -639,6 +639,7 @@ def test_a_rig_without_numbers_of_its_world_has_two_oracles_less_and_the_report_
         return {"tachobot.world.is_up": "yes"}
 
     monkeypatch.setattr(TachobotRig, "truth", truth)
+    monkeypatch.setattr(TachobotRig, "borne", {"tachobot.world.x.0": 0.05})
     with pytest.raises(ConfigError, match=r"borne of its rig.*\n.*there are no numbers in truth"):
         carry_out(Mission(board="tachobot", for_s=0.3), runs=2, workers=1)
     monkeypatch.setattr(TachobotRig, "borne", {})

@@ -251,6 +251,31 @@ def test_a_robot_that_rests_later_than_healthy_ones_is_healed_and_one_that_gives
     assert found == "2.2 s after they were on again outputs are off"
 
 
+def test_a_robot_that_goes_on_later_than_at_once_has_as_long_from_then_on_to_find_its_way() -> None:
+    known, cause = healthy(Mission(board="tachobot", for_s=3.0)), Cause([SILENT_IMU], ["imu"])
+    with Mission(board="tachobot", for_s=3.0).opened() as robot:
+        watched = Watched(robot)
+        watched.go_on(to=cause.end)
+        recovery, look = Recovery(watched, known, cause), watched.look()
+        elsewhere = replace(look, numbers=tuple(9.0 for _ in look.numbers))
+
+        def found_after(off_s: float) -> float:
+            at = cause.end
+            for k in range(1, 1000):
+                at = cause.end + k * EVERY
+                is_on = k * EVERY > off_s * SECOND
+                if recovery.judge(replace(elsewhere, at=at, is_on=is_on)) is not None:
+                    break
+            return (at - cause.end) / SECOND
+
+        assert found_after(2.0) == pytest.approx(7.0, abs=0.05)
+
+
+def test_a_report_of_the_step_in_which_it_is_struck_is_of_that_strike() -> None:
+    stuck = Strike("stuck", "esc", at_s=3.0505925, for_s=0.0)
+    assert_sound("tachobot", [stuck], for_s=5.0, set={"controller.mode": "free"})
+
+
 def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails() -> None:
     stuck, silent = (
         Strike("stuck", "thrust_pairs", at_s=1.2, for_s=1.0),

@@ -62,6 +62,10 @@ AGAIN = "forces=(0.1,0.1,0.1,0.1)"
             f"{TENTHS_AT_100}; 149; off is False; 150; off is True; consecutive is 1; 300 {AGAIN}; "
             "off is False; consecutive is 1"
         ),
+        "disabled they are off at once and without a fault, until they are enabled": (
+            f"{TENTHS_AT_100}; 110 enable=False; off is True; 115 {AGAIN}; off is True; "
+            f"150 enable=True; off is True; 160 {AGAIN}; off is False; consecutive is ()"
+        ),
         "a force that is no number switches off": (
             f"{TENTHS_AT_100}; 110 forces=(0.1,1e999,0.1,0.1); off is True; consecutive is 1"
         ),

@@ -43,3 +43,13 @@ def test_a_position_returns_it_to_tracking_from_coasting_and_from_lost() -> None
 
 def test_nothing_returns_from_safe() -> None:
     assert states([1.0, 7.0, 7.1], 8.0)[-1] == (6.0, SAFE)
+
+
+def test_it_reports_that_no_position_was_believed_once_for_each_stage() -> None:
+    bench = AtomicBench(PositionWatch("watch", PATIENCE))
+    bench.put(1000, fix=FIX)
+    bench.run(7000)
+    assert [(fault.kind, fault.reason) for _, fault in bench.said["fault"]] == [
+        ("NotReady", "watch: no position was believed for 0.25 s; expected one that agrees"),
+        ("NotReady", "watch: no position was believed for 1 s; expected one that agrees"),
+    ]

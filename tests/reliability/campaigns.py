@@ -2,29 +2,37 @@
 
     python -m tests.reliability.run campaigns --tables all.csv --again 10000 --save
 
-An even sample of each robot, in so many minutes; with `--tables` what campaigns have made before.
+An even sample of each mission, in so many minutes; with `--tables` what campaigns have made before.
 """
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import rerun_many
 from firmware_runtime.lab.campaign.campaigning import report_of
 from firmware_runtime.lab.campaign.report import Report
+from firmware_runtime.lab.campaign.trial import trial_of
 from firmware_runtime.lab.sweeps.partial import partial_of
+from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.reliability.results import BUILD, Result
 
-BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
+MISSIONS: Final[Mapping[str, tuple[str, Mapping[str, object]]]] = {
+    **{board: (board, {}) for board in ("tachobot", "detective", "balancing", "pan_tilt")},
+    "tachobot that hovers": ("tachobot", {"controller.mode": "free"}),
+}
+"""The board and the settings of each."""
+BOARDS: Final = tuple({board for board, _ in MISSIONS.values()})
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this part."""
-    parser.add_argument("--boards", nargs="+", choices=BOARDS, default=list(BOARDS))
+    parser.add_argument("--missions", nargs="+", choices=MISSIONS, default=list(MISSIONS))
     parser.add_argument("--minutes", type=float, help="for all of them together; default: all")
     parser.add_argument("--workers", type=int)
     parser.add_argument("--tables", nargs="+", type=Path, help="read those of campaigns instead")
@@ -42,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     return Result(
         name="campaigns",
         summary=f"{sum(one['runs'] for one in each):,} runs of {len(boards)} "
-        f"robot{'s' * (len(boards) != 1)}, "
+        f"mission{'s' * (len(boards) != 1)}, "
         f"{findings} findings, {wrong} crashes or flakes",
         is_sound=findings == 0 and wrong == 0,
         figures={"boards": boards},
@@ -51,20 +59,23 @@ def execute(arguments: argparse.Namespace) -> Result:
 
 
 def _carried_out(arguments: argparse.Namespace) -> Iterator[tuple[str, dict[str, Any]]]:
-    share_s = None if arguments.minutes is None else 60 * arguments.minutes / len(arguments.boards)
-    for board in arguments.boards:
-        output = BUILD / f"{board}.csv"
+    missions = arguments.missions
+    share_s = None if arguments.minutes is None else 60 * arguments.minutes / len(missions)
+    for name in missions:
+        board, settings = MISSIONS[name]
+        output = BUILD / f"{name}.csv"
         partial_of(output).unlink(missing_ok=True)  # of the last one, whose time was over
         report = campaign(
             board,
+            set=settings,
             budget_s=share_s,
             workers=arguments.workers,
             output=output,
-            findings=BUILD / f"findings-{board}",
+            findings=BUILD / f"findings-{name}",
         )
         sys.stdout.write(f"{report}\n")
         sys.stdout.flush()
-        yield board, _figures(report)
+        yield name, _figures(report)
 
 
 def _figures(report: Report) -> dict[str, Any]:
@@ -84,4 +95,13 @@ def _read(
         report = report_of(rows)
         sys.stdout.write(f"{report}\n")
         again, others = rerun_many(rows, arguments.again, arguments.workers)
-        yield report.board, {**_figures(report), "run_again": again, "flakes": len(others)}
+        yield _name(rows[0]), {**_figures(report), "run_again": again, "flakes": len(others)}
+
+
+def _name(row: Row) -> str:
+    """The mission of a row, by its name; the board's where it is none of these."""
+    found = trial_of(row).mission
+    for name, (board, settings) in MISSIONS.items():
+        if (board, tuple(assignments_of(settings))) == (found.board, found.assignments):
+            return name
+    return found.board

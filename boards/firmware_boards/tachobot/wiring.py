@@ -27,6 +27,10 @@ class Lift(Atomic):
     """Asks for arming at the start of the run and for the lifting throttle afterwards.
 
     asking (0) --arm! true--> waiting --armed? true--> lifting (0) --throttle!--> waiting
+    waiting --armed? false--> asking
+
+    So a fault of the speed controller's chip is over when that answers again and was armed anew,
+    as one of the thrust pairs is: its propeller stands for as long as arming takes.
     """
 
     def __init__(self, name: str, throttle: float) -> None:
@@ -52,9 +56,9 @@ class Lift(Atomic):
         self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
-        """Lift when armed; a disarmed speed controller is left alone, a fault has a cause."""
-        if self.armed and self.armed[-1]:
-            self.activate("lifting")
+        """Lift when armed, and have it armed again when it no longer is."""
+        if self.armed:
+            self.activate("lifting" if self.armed[-1] else "asking")
         else:
             self.continue_(elapsed)
 
@@ -101,7 +105,7 @@ class Tachobot(Coupled):
         self.thrust_pairs.settings = thrust_settings(settings)
 
     def _add_lift(self, settings: EscSettings, lines: Lines) -> None:
-        """Arm the central propeller at the start; control begins once it is armed and lifts."""
+        """Arm the central propeller at the start; nothing else turns unless that lifts."""
         from firmware_drivers.esc import Esc  # noqa: PLC0415 -- where it hovers
 
         chip = Pca9685(lines.buses[settings.bus], settings.address, osc_hz=settings.osc_hz)
@@ -113,6 +117,7 @@ class Tachobot(Coupled):
         self.couple(esc.armed_out, lift.armed)
         self.couple(lift.throttle_out, esc.throttle)
         self.couple(esc.armed_out, self.controller.enable)
+        self.couple(esc.armed_out, self.thrust_pairs.enable)
         if isinstance(self.controller, Controller):
             self.x_position = self.in_port("x_position", Motion)
             self.y_position = self.in_port("y_position", Motion)

@@ -8,6 +8,8 @@ from firmware_runtime.hal.strike import KINDS, Kind, Strike
 
 _FULL_ON: Final = "full-on"
 _AT_ONCE: Final = 50 * MILLISECOND
+_STEP: Final = 20 * MILLISECOND
+"""A report has the instant of its step, and a use that when the wire is at it, which is later."""
 _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
@@ -32,6 +34,8 @@ class Cause:
         kinds = [KINDS[each.kind] for each in strikes]
         self.device = next((each.device for each in strikes if each.device), "world")
         self.at = min(each.at for each in strikes)
+        self.said_from = self.at - _STEP
+        """Since when a report is of it."""
         self.end = max(end_of(each.at, each.span) for each in strikes)
         self.shows_by_itself = all(
             kind.is_moment or kind.of in {"people", "world"} for kind in kinds

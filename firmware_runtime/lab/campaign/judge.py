@@ -98,7 +98,7 @@ class Judge:
             model=model or self._cause.device,
             at=at,
             said=None if said is None else f"{said.model}: {said.kind}",
-            said_after=None if said is None else said.at - self._cause.at,
+            said_after=None if said is None else max(0, said.at - self._cause.at),
             struck=self._struck_at is not None,
             ended=None if self._watched.outcome is None else self._watched.outcome.reason,
             reached=tuple(sorted(self._watched.reached - self._healthy.reached)),
@@ -127,7 +127,7 @@ class Judge:
         if self._struck_at is None:
             self._struck_at = self._watched.struck_at
         if self._said is None:
-            self._said = self._watched.said(self._cause.at)
+            self._said = self._watched.said(self._cause.said_from)
 
     def _not_finite(self) -> tuple[str, str] | None:
         for path in self._watched.not_finite:
@@ -147,7 +147,7 @@ class Judge:
             return None
         if look.at <= self._cause.end and self._healthy.envelope.outside(look) is not None:
             self._has_fallen = True
-        said = self._watched.said(self._cause.end if self._has_fallen else self._cause.at)
+        said = self._watched.said(self._cause.end if self._has_fallen else self._cause.said_from)
         if said is None:
             return None
         what = f"{said.model} reports {said.kind} ({said.sentence})"

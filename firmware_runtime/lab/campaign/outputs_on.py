@@ -77,7 +77,7 @@ class OutputsOn:
         if not look.is_on or look.at < begin:
             return
         for path, most in self._off_after.items():
-            said = self._watched.said(self._cause.at, path)
+            said = self._watched.said(self._cause.said_from, path)
             if said is not None and self.off_at < said.at:
                 yield path, max(said.at, begin), most
 

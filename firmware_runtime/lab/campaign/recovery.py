@@ -32,6 +32,8 @@ class Recovery:
         self._on_at = cause.end
         """When outputs were last on, or the end of its faults: a mission that goes on later than
         healthy ones also rests later."""
+        self._goes_on_at = cause.end
+        """When outputs were on again for the first time after its faults."""
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
@@ -52,11 +54,13 @@ class Recovery:
             self._unwell_at = look.at
         if off is not None:
             self.well_since = None
+            if look.at - self._cause.end <= self._off_for:
+                self._goes_on_at = look.at
             return off if look.at - self._on_at > self._off_for else None
         found = self._reporting(look, said) or found
         if found is not None:
             self.well_since = None
-            return found if look.at - self._cause.end > RECOVER else None
+            return found if look.at - self._goes_on_at > RECOVER else None
         if self.well_since is None:
             self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
