@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.assignments import assigned
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import rerun_many
 from firmware_runtime.lab.campaign.campaigning import report_of
@@ -101,7 +101,8 @@ def _read(
 def _name(row: Row) -> str:
     """The mission of a row, by its name; the board's where it is none of these."""
     found = trial_of(row).mission
-    for name, (board, settings) in MISSIONS.items():
-        if (board, tuple(assignments_of(settings))) == (found.board, found.assignments):
+    settings = dict(map(assigned, found.assignments))
+    for name, mission in MISSIONS.items():
+        if mission == (found.board, settings):
             return name
     return found.board

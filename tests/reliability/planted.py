@@ -64,6 +64,16 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         '                if (sample := getattr(self, "kept", None)) is None:\n'
         "                    raise\n",
     ),
+    "a compass that stands still is left out, and nothing says so": Mistake(
+        "detective",
+        "body_compass",
+        f"{MODELS}compass.py",
+        "        except HalError as error:\n            self.note(error)\n        else:\n",
+        "        except HalError as error:\n"
+        '            if type(error).__name__ != "Stuck":\n'
+        "                self.note(error)\n"
+        "        else:\n",
+    ),
     "the gyro is not compared with the compass": Mistake(
         "tachobot",
         "imu",

@@ -23,6 +23,7 @@ from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.verdict import where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
+from firmware_runtime.lab.campaign.withheld import Gaps, longest_of
 
 T = TypeVar("T")
 RUNS: Final = 4
@@ -119,6 +120,8 @@ class Healthy(Struct, frozen=True):
     """Ns in which a fault has to be reported, or outputs off: as the mission has it, or the rig."""
     least_uses: Mapping[str, int]
     """How often each device is used in 0.3 s in which outputs are on, at the least, by its name."""
+    longest_gaps: Mapping[str, int]
+    """For how long each port of a device sends nothing while outputs are on, at the most, ns."""
     unready: frozenset[str]
     """Models that speak against arming when all is well."""
     wrong: Wrong | None
@@ -167,6 +170,7 @@ def healthy(mission: Mission) -> Healthy:
         stated=first.stated,
         answers=first.answers,
         least_uses=_least(runs),
+        longest_gaps=longest_of([each.gaps.longest for each in runs]),
         unready=first.unready,
         within=first.within,
         wrong=_first_wrong(runs, [None, *seeds[1:]]) or _idle(runs),
@@ -181,6 +185,7 @@ class _Run:
         self.taken: list[frozenset[str]] = []
         self.uses: list[UseOfLine] = []
         self.wrong: Wrong | None = None
+        self.gaps = Gaps()
         with mission.opened(seed=seed) as robot:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
@@ -200,6 +205,7 @@ class _Run:
             while watched.at < until + AFTER and watched.outcome is None:
                 before = watched.at
                 self.looks.append(watched.go_on())
+                self.gaps.look(self.looks[-1], watched)
                 watched.held_for(self.looks[-1])  # a rig that cannot say so is refused
                 self.taken.append(frozenset(watched.reached))
                 self.wrong = self.wrong or wrong_by_itself(watched, self.stated)

@@ -24,6 +24,7 @@ from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
+from firmware_runtime.lab.campaign.withheld import withheld
 from firmware_runtime.statistics.figures import Figures
 
 _SETTLED: Final = 500 * MILLISECOND
@@ -118,6 +119,7 @@ class Judge:
             or self._late(look)
             or self._unnamed(look)
             or self._mute(look)
+            or self._withheld(look)
             or self._silent(look)
             or self._said_and_astray(look)
             or self._recovery.judge(look)
@@ -218,6 +220,19 @@ class Judge:
             return None
         off = f"outputs have been off for {most / SECOND:g} s, and are on when all is well"
         return "mute", f"{off}, and nothing was reported"
+
+    def _withheld(self, look: Look) -> tuple[str, str] | None:
+        """A device whose values no longer come, in a robot that is driven on and says nothing.
+
+        One that has taken other arrows than healthy ones may need no more of it.
+        """
+        watched, healthy = self._watched, self._healthy
+        if self._said is not None or not look.is_on or not watched.reached <= healthy.reached:
+            return None
+        what = withheld(
+            healthy.longest_gaps, watched.last_sent(), look.at, since=self._outputs.off_at
+        )
+        return None if what is None else ("withheld", f"{what}, and nothing was reported")
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
         """A robot that drives beside its envelope, and says nothing.

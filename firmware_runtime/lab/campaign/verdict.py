@@ -12,6 +12,7 @@
 | | or what was reported is about something else |
 | `mute` | a device fails, or its supply has, and it is off for a second where healthy ones |
 | | are on, and nothing was reported |
+| `withheld` | a device's values no longer come, the robot is driven on, and nothing was reported |
 | `slowed` | the robot is driven, and uses a device half as often that is not at fault |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |

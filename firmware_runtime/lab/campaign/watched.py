@@ -7,6 +7,7 @@ its ports that are not finite, are kept beside the looks.
 import re
 from collections import deque
 from collections.abc import Collection
+from enum import Enum
 from functools import partial
 from hashlib import blake2b
 from itertools import takewhile
@@ -121,7 +122,7 @@ class Watched:
             if port.path not in self.asked.ports and port.path not in exempt:
                 are_sound = _is_measured if is_of_device else isfinite
                 simulator.listen(port, partial(self._check, port.path, are_sound))
-            if is_of_device and port.type is not bool:  # that is how it stands, and not measured
+            if is_of_device and not _says_how_it_stands(port.type):
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
@@ -193,6 +194,10 @@ class Watched:
             if port.owner.name == device and len(sent) == SENT and sent[0] > since:
                 return port.path
         return None
+
+    def last_sent(self) -> dict[str, int]:
+        """Return when ports of devices' models that measure have sent last, by path; ns."""
+        return {port.path: sent[-1] for port, sent in self._sent.items() if sent}
 
     def unready(self) -> dict[str, str]:
         """Return why devices speak against arming, by model."""
@@ -279,6 +284,11 @@ class Watched:
 def _is_measured(value: float) -> bool:
     """Return whether a device may send it: infinity says that nothing is in its range."""
     return value > -inf
+
+
+def _says_how_it_stands(kind: object) -> bool:
+    """Return whether a value is no measurement, but sent when something has changed."""
+    return isinstance(kind, type) and issubclass(kind, bool | Enum)
 
 
 def _note(sent: deque[int], at: int, _value: object) -> None:
