@@ -7,7 +7,7 @@ from typing import Final
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.altered_readings import AlteredReadings
 from sim_doubles.faults import AlteredAnswer
-from sim_doubles.i2c_target import Words
+from sim_doubles.i2c_target import Target, Words
 from sim_doubles.scripted_fault import Reading, burst_start
 
 SWAP: Final = "swap"
@@ -49,11 +49,16 @@ class InvertedBits(AlteredAnswer):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AlteredWord(AlteredAnswer):
-    """One measured word of a chip is read as another: `number` counts round through its `words`."""
+    """One measured word of a chip is read as another: `number` counts round through them.
+
+    Where inputs take turns in it, that of one is: of the one that is read first.
+    """
 
     kind: str
-    words: Sequence[Words]
+    target: Target
     number: int
+    _source: list[int] = field(default_factory=list, init=False)
+    """The one input that is broken, once it was read."""
     _readings: AlteredReadings = field(
         default_factory=lambda: AlteredReadings(_LEAST, _MOST), init=False
     )
@@ -68,10 +73,16 @@ class AlteredWord(AlteredAnswer):
     def alter(self, reading: Reading) -> bytes:
         """Return the answer with that word in it."""
         answer, begin = reading.answer, self._register - burst_start(reading.messages)
+        source = self.target.source
+        if source is not None:
+            if not self._source:
+                self._source.append(source)
+            if source not in self._source:
+                return answer
         if self.kind == SWAP:
             return self._swapped(answer, begin)
         if not self._readings.is_broken:
-            if reading.before is not None:
+            if reading.before is not None and source is None:
                 self._readings.altered(self._word(reading.before, begin))
             self._readings.break_(self.kind, once=False)
         word = self._readings.altered(self._word(answer, begin))
@@ -94,12 +105,13 @@ class AlteredWord(AlteredAnswer):
 
     @property
     def _place(self) -> tuple[Words, int]:
-        left = self.number % sum(each.length for each in self.words)
-        for each in self.words:
+        words = self.target.measured
+        left = self.number % sum(each.length for each in words)
+        for each in words:
             if left < each.length:
                 return each, left
             left -= each.length
-        raise AssertionError(self.words)
+        raise AssertionError(words)
 
     @property
     def _group(self) -> Words:

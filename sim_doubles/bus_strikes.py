@@ -143,7 +143,7 @@ class BusStrikes:
                 for each in targets:
                     at = address if address is not None else getattr(each, "address", None)
                     if each.measured:
-                        yield AlteredWord(address=at, words=each.measured, **when, **said)
+                        yield AlteredWord(address=at, target=each, **when, **said)
             case "I2C":
                 fault, details = _on_wires(kind, self._bus.adapter, amount)
                 yield fault(address=address, times=times, **when, **details)

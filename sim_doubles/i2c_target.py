@@ -35,6 +35,9 @@ class Target(ABC):
     measured: Sequence[Words] = ()
     """Registers of what it measures, for faults of one axis: read by number, counting up."""
 
+    source: int | None = None
+    """Which of its inputs they are of now, of a chip with inputs that take turns in them."""
+
     is_connected: bool = True
     """False while a fault keeps it off every bus, that of another chip's own master included."""
 

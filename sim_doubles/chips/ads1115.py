@@ -71,6 +71,7 @@ class Ads1115Double(RegisterTarget):
             if self._runs_by == self._registers[CONFIG] and not self._runs_by & MODE:
                 self._lands_at += (self._at - self._lands_at) // self._period * self._period
             self._registers[CONVERSION] = self._converted(self._lands_at)
+            self.source = self._inputs_chosen
             if self._registers[CONFIG] & MODE:
                 self._lands_at = NEVER
             else:
@@ -129,6 +130,10 @@ class Ads1115Double(RegisterTarget):
     # Converting
 
     @property
+    def _inputs_chosen(self) -> int:
+        return self._runs_by >> 12 & 0x07
+
+    @property
     def _period(self) -> int:
         return round(SECOND / RATES[self._runs_by >> 5 & 0x07] * self._stretch)
 
@@ -152,7 +157,7 @@ class Ads1115Double(RegisterTarget):
 
     def _converted(self, at: int) -> int:
         """Convert the chosen inputs; the code as a register holds it."""
-        positive, negative = INPUTS[self._runs_by >> 12 & 0x07]
+        positive, negative = INPUTS[self._inputs_chosen]
         voltages = self._inputs(at)
         volts = voltages[positive] - (0.0 if negative is GROUND else voltages[negative])
         code = round(volts / FULL_SCALES_V[self._runs_by >> 9 & 0x07] * 0x8000)

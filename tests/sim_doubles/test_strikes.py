@@ -27,6 +27,7 @@ from firmware_runtime.hal.wire_errors import (
     NoAcknowledge,
 )
 from sim_doubles.chip_doubles import chip_double
+from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -450,6 +451,36 @@ def test_words_are_counted_round_in_the_order_of_the_registers_that_measure(
         bus.strike("offset", chip.address, Span(0, NEVER, once=False), number)
         after = int.from_bytes(bus.transaction(chip.address, asked), order, signed=True)
         assert after == before + 2000, number
+
+
+@pytest.mark.parametrize("broken", [0, 1, 3])
+@pytest.mark.parametrize("kind", ["full-scale", "freeze-axis", "negate"])
+def test_of_inputs_that_take_turns_in_a_word_the_one_is_broken_that_is_read_first(
+    kind: str, broken: int
+) -> None:
+    clock, volts = ManualClock(), [0.25, 0.5, 0.75, 1.0]
+    chip = Ads1115Double(clock, inputs=lambda _at: volts)
+    bus = I2cBusDouble("i2c1", clock, [chip])
+
+    def read(pin: int) -> float:
+        single_shot = 0xC583 | pin << 12  # against ground, 2.048 V, the slowest but three
+        bus.transaction(chip.address, (bytes([1, single_shot >> 8, single_shot & 0xFF]),))
+        clock.advance(SECOND // 100)
+        answer = bus.transaction(chip.address, (b"\x00", 2))
+        return int.from_bytes(answer, "big", signed=True) / 0x8000 * 2.048
+
+    first = {pin: read(pin) for pin in range(4)}
+    bus.strike(kind, chip.address, Span(0, NEVER, once=False), 0)
+    seen = {pin: read(pin) for pin in (broken, 0, 1, 2, 3)}
+    volts[:] = [each + 0.1 for each in volts]
+    later = {pin: read(pin) for pin in range(4)}
+    said = {"full-scale": 2.048, "negate": -first[broken], "freeze-axis": first[broken]}[kind]
+    for pin in range(4):
+        if pin != broken:
+            assert later[pin] == pytest.approx(first[pin] + 0.1, abs=1e-3)
+        else:
+            assert seen[pin] == pytest.approx(said, abs=1e-3)
+            assert later[pin] != pytest.approx(first[pin] + 0.1, abs=1e-3)
 
 
 @pytest.mark.parametrize(("number", "other"), [(1, 2), (UP, 0)])
