@@ -40,6 +40,31 @@ def raised_words(error: BaseException) -> str:
     return f"{' of '.join(kinds)}: {text_of(error)}"
 
 
+def raised_at(error: BaseException) -> tuple[str, int] | None:
+    """Return the file and line where an error was raised, or what it came of; None for nowhere."""
+    traceback = _first(error).__traceback__
+    while traceback is not None and traceback.tb_next is not None:
+        traceback = traceback.tb_next
+    if traceback is None:
+        return None
+    return traceback.tb_frame.f_code.co_filename, traceback.tb_lineno
+
+
+def place_of_bug(error: BaseException | None) -> str:
+    """Return ` (FILE, line NUMBER)` where a bug showed; nothing of what was raised on purpose."""
+    if error is None or isinstance(_first(error), FirmwareRuntimeError):
+        return ""
+    place = raised_at(error)
+    return "" if place is None else f" ({place[0]}, line {place[1]})"
+
+
+def _first(error: BaseException) -> BaseException:
+    """What an error came of."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
 def legible(text: str) -> str:
     """Return a text that UTF-8 has: what came from outside may have lone surrogates."""
     return text.encode("utf-8", "backslashreplace").decode()

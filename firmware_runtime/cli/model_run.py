@@ -113,7 +113,7 @@ def _report(
     if outcome.state is not RunState.ENDED and not (
         is_closed_in_words and is_same_place(sys.stdout, sys.stderr)
     ):
-        print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
+        print(f"firmware-runtime: {outcome.sentence}", file=sys.stderr)
     if arguments.outputs is not None:
         write_outputs(arguments.outputs, lines)
     if arguments.json:
@@ -143,7 +143,7 @@ def _closing(
     did = [did_text(name, figures, None, {})]
     if outcome.state is RunState.STOPPED:
         did.append(stopped_text(figures, outcome.reason))
-    wrong = [f"failed: {outcome.reason}"] if has_failed else []
+    wrong = [f"failed: {outcome.sentence}"] if has_failed else []
     kept = arguments.statistics
     rest = [punctuality(figures), *next_text(None, None if kept is None else str(kept))]
     return closing_lines(did, [*wrong, *went_wrong(figures)], rest)

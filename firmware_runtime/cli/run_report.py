@@ -118,7 +118,7 @@ class Report:
         from firmware_runtime.statistics.summary import periods_not_kept  # noqa: PLC0415 -- at the end
 
         if self._has_failed(outcome):
-            self._say(outcome.reason)
+            self._say(outcome.sentence)
         for sentence in self._defects:
             self._say(sentence)
         for sentence in (*periods_not_kept(figures), *self._session.robot.warnings):
@@ -212,7 +212,7 @@ class Report:
         session = self._session
         yield from (f"not made safe: {fault}" for fault in outcome.faults)
         if self._has_failed(outcome):
-            yield f"failed: {outcome.reason}"
+            yield f"failed: {outcome.sentence}"
         elif session.arming is not None and not session.arming.was_armed:
             yield f"never armed, so nothing was driven: {session.arming.reason}"
         yield from self._defects

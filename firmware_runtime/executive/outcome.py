@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, format_time
-from firmware_runtime.errors import text_of
+from firmware_runtime.errors import place_of_bug, text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.hal.wire_errors import HalError
@@ -40,6 +40,11 @@ class Outcome(Struct, frozen=True):
     reason: str
     error: BaseException | None = None
     faults: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The reason, and the place in a program where a bug showed."""
+        return f"{self.reason}{place_of_bug(self.error)}"
 
     @classmethod
     def reached(cls, until: int) -> Self:

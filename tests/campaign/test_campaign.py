@@ -435,6 +435,23 @@ def test_a_rig_that_raises_is_refused_by_its_part(
 
 
 @pytest.mark.slow
+def test_a_world_that_raises_is_said_with_its_place_and_not_what_comes_of_it_at_the_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sound = TachobotRig.catch_up
+
+    def catch_up(rig: TachobotRig) -> None:
+        if rig.now() > SECOND // 5:
+            raise ValueError("out of tune")
+        sound(rig)
+
+    monkeypatch.setattr(TachobotRig, "catch_up", catch_up)
+    healthy.cache_clear()
+    with pytest.raises(ConfigError, match=r"rig tachobot .*out of tune \(.*\.py, line \d+\)"):
+        campaign("tachobot", for_s=0.3, runs=1, workers=1)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["truth", "attach"])
 def test_a_signal_is_no_fault_of_a_rig(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
     def signalled(*_: object) -> object:

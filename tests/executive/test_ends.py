@@ -1,6 +1,7 @@
 """Whatever ends a run, outputs are made safe once; a pause ends nothing."""
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from time import process_time_ns
@@ -79,6 +80,7 @@ def test_an_exception_in_a_model() -> None:
     assert outcome.reason == (
         "robot.imu at 0.020000000 s: raised ZeroDivisionError in phase 'waiting': by zero"
     )
+    assert re.fullmatch(rf"{re.escape(outcome.reason)} \(.*\.py, line \d+\)", outcome.sentence)
     assert (run.made_safe, robot.thrust.exits) == (2, 1)
     assert run.json()["conditions"]["run"]["state"] == "failed"
 

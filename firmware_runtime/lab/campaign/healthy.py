@@ -6,7 +6,8 @@ either side, or as much as the rig says is no harm. Far outside is what no healt
 any instant: a whole range away.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from itertools import takewhile
 from typing import Final, TypeVar
@@ -17,6 +18,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Strike, Use
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
@@ -24,6 +26,7 @@ from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.verdict import where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 from firmware_runtime.lab.campaign.withheld import Gaps, longest_of
+from firmware_runtime.runs.open_board import OpenBoard
 
 T = TypeVar("T")
 RUNS: Final = 4
@@ -186,7 +189,7 @@ class _Run:
         self.uses: list[UseOfLine] = []
         self.wrong: Wrong | None = None
         self.gaps = Gaps()
-        with mission.opened(seed=seed) as robot:
+        with _opened(mission, seed) as robot:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
@@ -259,14 +262,18 @@ def wrong_without_faults(mission: Mission, oracle: Oracle | None = None) -> Wron
     found = healthy(mission)
     if found.wrong is not None:
         return found.wrong
-    with mission.opened() as robot:
-        watched, wrong = Watched(robot, found.not_finite, oracle), None
-        until = _MINUTE
-        if robot.session.robot.ended is not None:
-            until = max(until, seconds(robot.board.doubles_run_s))
-        while wrong is None and watched.at < until and watched.outcome is None:
-            watched.go_on()
-            wrong = wrong_by_itself(watched, found.stated) or _broken(watched)
+    wrong = None
+    try:
+        with _opened(mission) as robot:
+            watched, until = Watched(robot, found.not_finite, oracle), _MINUTE
+            if robot.session.robot.ended is not None:
+                until = max(until, seconds(robot.board.doubles_run_s))
+            while wrong is None and watched.at < until and watched.outcome is None:
+                watched.go_on()
+                wrong = wrong_by_itself(watched, found.stated) or _broken(watched)
+    except HalError:  # what is wrong may keep it from being made safe
+        if wrong is None:
+            raise
     return wrong
 
 
@@ -316,11 +323,24 @@ def _push(watched: Watched) -> None:
     struck.clear()
 
 
+@contextmanager
+def _opened(mission: Mission, seed: int | None = None) -> Iterator[OpenBoard]:
+    """Open a mission; what goes wrong in it is raised, and not what comes of that at its end."""
+    robot = mission.opened(seed=seed)
+    try:
+        yield robot
+    except BaseException:
+        with suppress(HalError):
+            robot.close()
+        raise
+    robot.close()
+
+
 def _check(mission: Mission, watched: Watched) -> None:
     """Raise ConfigError for a mission that fails without a fault."""
     outcome = watched.outcome
     if outcome is not None and outcome.error is not None:
-        fault = f"it fails without any fault: {outcome.reason}"
+        fault = f"it fails without any fault: {outcome.sentence}"
         raise ConfigError.of_one(mission.board, fault, "a mission that is healthy by itself")
 
 

@@ -227,7 +227,8 @@ class Judge:
         One that has taken other arrows than healthy ones may need no more of it.
         """
         watched, healthy = self._watched, self._healthy
-        if self._said is not None or not look.is_on or not watched.reached <= healthy.reached:
+        is_as_healthy_ones = healthy.is_on(look.at) and watched.reached <= healthy.reached
+        if self._said is not None or not look.is_on or not is_as_healthy_ones:
             return None
         what = withheld(
             healthy.longest_gaps, watched.last_sent(), look.at, since=self._outputs.off_at

@@ -32,6 +32,8 @@ from typing import Final
 
 from msgspec import Struct
 
+from firmware_runtime.errors import raised_at
+
 SOUND: Final = "sound"
 OF_TRUTH: Final = ("silent", "astray")
 """Those that go by the numbers of its world's truth."""
@@ -62,13 +64,5 @@ class Verdict(Struct, frozen=True, kw_only=True):
 
 def where_raised(error: BaseException) -> str:
     """The file and line in which something was raised."""
-    each: BaseException | None = error
-    while each is not None and each.__cause__ is not None:
-        each = each.__cause__
-    traceback = None if each is None else each.__traceback__
-    while traceback is not None and traceback.tb_next is not None:
-        traceback = traceback.tb_next
-    if traceback is None:
-        return type(error).__name__
-    code = traceback.tb_frame.f_code
-    return f"{code.co_filename.rpartition('/')[2]}:{traceback.tb_lineno}"
+    place = raised_at(error)
+    return type(error).__name__ if place is None else f"{place[0].rpartition('/')[2]}:{place[1]}"
