@@ -1,14 +1,15 @@
 """Values that no longer come: how long ports of devices send nothing while outputs are on."""
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.lab.campaign.watched import Look, Watched
 
-_MOST: int = SECOND
+_MOST: Final = SECOND
 """What sends less often is asked now and then, and need not be."""
-_BEYOND: int = 300 * MILLISECOND
-_TIMES: int = 2
+_BEYOND: Final = 300 * MILLISECOND
+_TIMES: Final = 2
 
 
 class Gaps:

@@ -1,0 +1,53 @@
+"""Values that no longer come: what a pause is, and when it is too long."""
+
+import pytest
+from firmware_drivers.compass import Compass
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.wire_errors import HalError, Stuck
+from firmware_runtime.lab.campaign import assert_sound
+from firmware_runtime.lab.campaign.withheld import longest_of, withheld
+
+
+def test_what_sends_seldom_or_not_in_each_healthy_run_is_not_expected() -> None:
+    first = {"often": 5, "seldom": 2 * SECOND, "once": 5}
+    assert longest_of([first, {"often": 7, "seldom": 5}]) == {"often": 7}
+
+
+@pytest.mark.parametrize(
+    ("at_ms", "since_ms", "said"),
+    [
+        (1500, 0, None),  # as long as twice the longest pause and 0.3 s
+        (1501, 0, "eyes has sent nothing for 0.5 s, 0.1 at the most when all is well"),
+        (1501, 1400, None),  # outputs have not been on for so long
+    ],
+)
+def test_a_pause_is_too_long_beyond_twice_the_longest_and_a_while(
+    at_ms: int, since_ms: int, said: str | None
+) -> None:
+    usual, last = {"eyes": 100 * MILLISECOND}, {"eyes": SECOND}
+    at, since = at_ms * MILLISECOND, since_ms * MILLISECOND
+    assert withheld(usual, last, at, since) == said
+
+
+def test_what_never_sent_is_missed_from_when_outputs_are_on() -> None:
+    assert withheld({"eyes": 0}, {}, 2 * SECOND, SECOND) is not None
+    assert withheld({"eyes": 0}, {}, 2 * SECOND, 1900 * MILLISECOND) is None
+
+
+@pytest.mark.slow
+def test_a_compass_that_stands_still_and_says_so_is_sound_and_one_that_does_not_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    frozen = Strike("freeze", "body_compass", at_s=3.9007875)
+    assert_sound("detective", [frozen])
+
+    def forget(compass: Compass, error: HalError) -> None:
+        if not isinstance(error, Stuck):
+            note(compass, error)
+
+    note = Compass.note
+    monkeypatch.setattr(Compass, "note", forget)
+    with pytest.raises(AssertionError, match=r"withheld of body_compass: .*heading_deg has sent"):
+        assert_sound("detective", [frozen])
