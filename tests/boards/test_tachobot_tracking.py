@@ -13,6 +13,7 @@ from firmware_runtime import open_board
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.hal.strike import Strike
 from firmware_runtime.models.position_fix import PositionState
 from tests.support.virtual_tachobot import VirtualTachobot, virtual_tachobot
 
@@ -150,16 +151,40 @@ def test_a_position_that_stops_for_two_seconds_is_braked_for_and_resumed_without
 
 def test_a_lost_position_stops_the_robot_keeps_its_yaw_and_ends_the_run_at_last() -> None:
     robot = tracking("trajectory.kind=circle", "world.position.outages_s=[[22.0, 99.0]]")
-    robot.run(27.5)
-    state = robot.rig.world.state(round(27.505 * SECOND))
+    robot.run(24.8)
+    state = robot.rig.world.state(round(24.805 * SECOND))
     assert math.hypot(state.vx_m_s, state.vy_m_s) < 0.05
     assert state.yaw_rad == pytest.approx(1.0, abs=0.05)
     assert not robot.rig.thrust.all_off
-    robot.run(29.0)
+    robot.run(26.0)
     ((at, ending),) = robot.received["controller.given_up.ended"]
-    assert at / SECOND == pytest.approx(28.0, abs=0.06)
-    assert ending == ("no position for 6 s", True)
+    assert at / SECOND == pytest.approx(25.0, abs=0.06)
+    assert ending == ("no position for 3 s", True)
     assert robot.rig.thrust.all_off
+
+
+def test_a_position_that_is_lost_again_soon_ends_the_run_and_one_lost_later_does_not() -> None:
+    twice = tracking("world.position.outages_s=[[10.0, 11.5], [15.0, 16.5]]")
+    twice.run(20.0)
+    ((at, ending),) = twice.received["controller.given_up.ended"]
+    assert at / SECOND == pytest.approx(16.0, abs=0.06)
+    assert ending == ("the position was lost twice within 10 s", True)
+    later = tracking("world.position.outages_s=[[10.0, 11.5], [22.0, 23.5]]")
+    later.run(26.0)
+    assert later.received["controller.given_up.ended"] == []
+    assert states(later)[-1][1] is PositionState.TRACKING
+
+
+def test_an_accelerometer_that_lies_for_ever_is_said_and_leads_nowhere() -> None:
+    lies = Strike("negate", "imu", at_s=9.0, amount=0.0)
+    mode = {"controller.mode": "track"}
+    with open_board("tachobot", doubles=True, clock="virtual", set=mode, faults=[lies]) as robot:
+        ended = robot.run(40.0)
+        assert "the position was lost twice" in ended.reason
+        assert robot.rig is not None
+        assert not any(robot.rig.outputs.values())
+        state = robot.world.state(robot.rig.now())
+    assert math.hypot(state.x_m, state.y_m) < 2.0
 
 
 def test_a_saturated_position_command_leaves_yaw_what_it_asks_for() -> None:

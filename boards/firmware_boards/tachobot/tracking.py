@@ -18,7 +18,7 @@ from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import TrackingPid
 from firmware_runtime.models.position_estimator import PositionEstimator
@@ -30,9 +30,11 @@ from firmware_runtime.models.position_fix import (
 )
 from firmware_runtime.models.position_watch import PositionWatch
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_table import Arrow, Kept, State
+from firmware_runtime.models.state_table import Accepted, Arrow, State
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
+AGAIN_WITHIN: Final = 10 * SECOND
+"""Ns within which a position that was lost is not to be lost again."""
 PERIODS: Final = 10
 """Periods of control that a command of x or y lasts, and of setpoints that one counts."""
 
@@ -148,10 +150,14 @@ class Inertial(Atomic):
 
 
 class GivenUp(StateDiagram):
-    """Says once that the run has failed.
+    """Says once that the run has failed: without a position, or with one that is lost again.
 
-    watching --state? SAFE--> ending (0) --ended!--> over
-    watching --no_yaw?--> lost (0) --ended!--> over
+    A position that comes and is not believed is lost, begun with anew, and lost again: the inertial
+    unit contradicts it, and the robot flies by that in between.
+
+    watching --state? LOST--> lost once (AGAIN_WITHIN) --> watching
+    lost once --state? LOST--> ending
+    watching, lost once --state? SAFE--> ending;  --no_yaw?--> ending (0) --ended!--> over
     """
 
     def __init__(self, name: str, safe_after_s: float) -> None:
@@ -159,22 +165,33 @@ class GivenUp(StateDiagram):
         self.state = self.in_port("state", PositionState)
         self.no_yaw = self.in_port("no_yaw", Ending)
         self.ended = self.out_port("ended", Ending)
-        self._ending = Ending(f"no position for {safe_after_s:g} s", failed=True)
+        none = Ending(f"no position for {safe_after_s:g} s", failed=True)
+        lost = f"the position was lost twice within {AGAIN_WITHIN / SECOND:g} s"
+        gone = (Arrow("state?safe", "without"), Arrow("no_yaw?why", "without yaw"))
         self.follow(
             (
+                State("watching", NEVER, *gone, Arrow("state?lost", "lost once")),
                 State(
-                    "watching", NEVER, Arrow("state?safe", "ending"), Arrow("no_yaw?why", "lost")
+                    "lost once",
+                    AGAIN_WITHIN,
+                    *gone,
+                    Arrow("state?lost", "lost twice"),
+                    Arrow("", "watching"),
                 ),
-                State("ending", 0, Arrow("ended!failure", "over")),
-                State("lost", 0, Arrow("ended!why", "over")),
+                State("without", 0, Arrow("ended!none", "over")),
+                State("without yaw", 0, Arrow("ended!why", "over")),
+                State("lost twice", 0, Arrow("ended!twice", "over")),
                 State("over", NEVER),
             ),
-            {"safe": _is_safe, "failure": self._failure, "why": Ending},
+            {
+                "safe": _is(PositionState.SAFE),
+                "lost": _is(PositionState.LOST),
+                "none": lambda _kept: none,
+                "twice": lambda _kept: Ending(lost, failed=True),
+                "why": Ending,
+            },
         )
 
-    def _failure(self, _kept: Kept) -> Ending:
-        return self._ending
 
-
-def _is_safe(state: PositionState, _kept: Kept) -> bool:
-    return state is PositionState.SAFE
+def _is(wanted: PositionState) -> Accepted:
+    return lambda state, _kept: state is wanted

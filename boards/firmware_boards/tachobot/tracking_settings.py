@@ -52,7 +52,7 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
     """Without a position for this long it goes on by the inertial unit alone."""
     brake_after_s: Seconds = 1.0
     """For this long: it brakes and holds its yaw."""
-    safe_after_s: Seconds = 6.0
+    safe_after_s: Seconds = 3.0
     """For this long: outputs go off and the run ends as failed."""
 
     def faults(self) -> list[str]:
