@@ -636,6 +636,7 @@ def _raise(_rig: object, *_asked: object) -> None:
         ("truth", property(lambda _rig: {"a": 1.0}), "truth {'a': 1.0}; expected a method"),
         ("missed", lambda _rig: 3, r"missed\(\) 3; expected a sentence or None"),
         ("levels", _raise, "levels: KeyError: 'x'"),
+        ("outputs", {"lift": None}, "outputs: lift None; expected how many of its outputs are on"),
     ],
 )
 def test_what_a_rig_cannot_say_is_refused_before_anything_is_struck(

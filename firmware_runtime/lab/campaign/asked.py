@@ -44,6 +44,8 @@ class Asked:
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
             values = dict(self._values())
+        with blamed_on_rig(board, "outputs"):
+            _check_outputs(rig.outputs)
         self.answers = tuple(each for each in ANSWERS if each in dir(rig))
         """What it can be asked beside its outputs."""
         self.ports = frozenset(values)
@@ -145,6 +147,12 @@ class Asked:
             if callable(method):
                 return method
             raise SettingError(f"{part} {shown(method)}", expected="a method")
+
+
+def _check_outputs(outputs: Mapping[str, object]) -> None:
+    for name, on in outputs.items():
+        if not isinstance(on, int):
+            raise SettingError(f"{name} {shown(on)}", expected="how many of its outputs are on")
 
 
 def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:
