@@ -12,7 +12,7 @@ from firmware_runtime.statistics.file_header import Settings
 from firmware_runtime.statistics.number_formats import count, milliseconds, seconds
 from firmware_runtime.statistics.summary import fault_lines, periods_not_kept
 
-VIRTUAL: Final = "in virtual time: nothing can be late"
+VIRTUAL: Final = "in virtual time: no activation can be late"
 MOST: Final = 12
 """Lines at the end of a run."""
 

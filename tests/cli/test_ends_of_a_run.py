@@ -219,7 +219,7 @@ def test_a_world_that_breaks_costs_its_result_and_nothing_else(
     assert ended.status == Status.BAD_INPUT
     assert "KeyError: 'wheels'" in ended.error
     assert "all outputs off" in ended.out.splitlines()
-    assert "in virtual time: nothing can be late" in ended.out.splitlines()
+    assert "in virtual time: no activation can be late" in ended.out.splitlines()
 
 
 def test_a_robot_that_breaks_hides_no_output_that_may_be_on(

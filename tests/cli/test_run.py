@@ -89,7 +89,7 @@ def test_text_is_a_small_chart_and_few_lines_with_the_outcome_first(command: Com
     did, outputs, punctual, recorded, further = closing.splitlines()
     assert re.fullmatch(r"TachoBot turned to 1\.\d\d rad and settled after \d\.\d s", did)
     assert outputs == "all outputs off"
-    assert punctual == "in virtual time: nothing can be late"
+    assert punctual == "in virtual time: no activation can be late"
     assert recorded.startswith("recorded in ")
     assert "replay tachobot" in further
     assert "stats" not in further, "it left no statistics"
@@ -221,7 +221,7 @@ def test_a_class_is_made_with_arguments_and_runs_at_once(command: Command) -> No
     assert (ended.status, ended.error) == (0, "")
     assert sent(ended.out) == ["00:00:00:500 level 0", "00:00:01:000 level 2"]
     last = ended.out.splitlines()[-2:]
-    assert last == [f"{HERE}:Ramp ran for 1.00 s", "in virtual time: nothing can be late"]
+    assert last == [f"{HERE}:Ramp ran for 1.00 s", "in virtual time: no activation can be late"]
 
 
 def test_a_function_or_a_model_will_do_and_ten_seconds_are_run(
