@@ -51,8 +51,11 @@ def raised_at(error: BaseException) -> tuple[str, int] | None:
 
 
 def place_of_bug(error: BaseException | None) -> str:
-    """Return ` (FILE, line NUMBER)` where a bug showed; nothing of what was raised on purpose."""
-    if error is None or isinstance(_first(error), FirmwareRuntimeError):
+    """Return ` (FILE, line NUMBER)` of what an error came of; nothing where that was said on purpose.
+
+    What came of nothing else is no bug of a model, such as a full disk.
+    """
+    if error is None or error.__cause__ is None or isinstance(_first(error), FirmwareRuntimeError):
         return ""
     place = raised_at(error)
     return "" if place is None else f" ({place[0]}, line {place[1]})"

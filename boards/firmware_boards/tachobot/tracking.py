@@ -156,8 +156,9 @@ class GivenUp(StateDiagram):
     unit contradicts it, and the robot flies by that in between.
 
     watching --state? LOST--> lost once (AGAIN_WITHIN) --> watching
-    lost once --state? LOST--> ending
-    watching, lost once --state? SAFE--> ending;  --no_yaw?--> ending (0) --ended!--> over
+    lost once --state? LOST--> lost twice (0) --ended!--> over
+    watching, lost once --state? SAFE--> without (0) --ended!--> over
+    watching, lost once --no_yaw?--> without yaw (0) --ended!--> over
     """
 
     def __init__(self, name: str, safe_after_s: float) -> None:
