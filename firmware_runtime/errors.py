@@ -51,7 +51,7 @@ def raised_at(error: BaseException) -> tuple[str, int] | None:
 
 
 def place_of_bug(error: BaseException | None) -> str:
-    """Return ` (FILE, line NUMBER)` of what an error came of; nothing where that was said on purpose.
+    """Return ` (FILE, line NUMBER)` of what an error came of, unless that was said on purpose.
 
     What came of nothing else is no bug of a model, such as a full disk.
     """
