@@ -203,7 +203,7 @@ def _kind_in(source: Path, table: Mapping[str, Any], faults: Sequence[str]) -> s
     kind: str | None = table.get("board")
     if kind is None or kind not in names():
         found = f"board: {strict.shown(kind)}" if "board" in table else "no key 'board'"
-        fault = f"{found}: expected one of {', '.join(names())}"
+        fault = f"{found}: expected that of an installed package, {' or '.join(names())}"
         raise ConfigError(str(source), [*faults, fault])
     return kind
 

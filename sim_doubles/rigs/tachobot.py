@@ -71,6 +71,7 @@ class TachobotRig(BoardRig):
         self.connect(imu.bus, *self.imu.targets)
 
     push_unit = "rad/s of yaw"
+    bears_push = 1.0
     off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
         {"imu": 0.06, "controller.movement_check": 0.1}
     )

@@ -271,6 +271,29 @@ def test_a_robot_that_goes_on_later_than_at_once_has_as_long_from_then_on_to_fin
         assert found_after(2.0) == pytest.approx(7.0, abs=0.05)
 
 
+def test_a_push_that_its_rig_says_it_bears_ends_no_run_and_leaves_it_not_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pushed = Strike("push", at_s=6.1)  # while it turns to its target: the compass contradicts that
+    assert_sound("detective", [pushed])
+    monkeypatch.setattr(DetectiveRig, "bears_push", 1.0, raising=False)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match="unhealed of world: it was pushed by no more than it"):
+        assert_sound("detective", [pushed])
+    assert_sound("detective", [replace(pushed, amount=1.5)])
+    healthy.cache_clear()
+
+    def lost(rig: TachobotRig) -> str | None:
+        return "it lies" if rig.world.state(rig.now()).yaw_rate_rad_s > 1.5 else None
+
+    monkeypatch.setattr(TachobotRig, "lost", lost, raising=False)
+    shoved = [Strike("push", at_s=2.0, amount=1.0)]
+    with pytest.raises(AssertionError, match=r"unhealed of world: it was pushed .*, and it lies"):
+        assert_sound("tachobot", shoved, for_s=3.0)
+    assert_sound("tachobot", [Strike("push", at_s=0.5, amount=1.0)], for_s=3.0)
+    healthy.cache_clear()
+
+
 def test_a_report_of_the_step_in_which_it_is_struck_is_of_that_strike() -> None:
     stuck = Strike("stuck", "esc", at_s=3.0505925, for_s=0.0)
     assert_sound("tachobot", [stuck], for_s=5.0, set={"controller.mode": "free"})
@@ -318,7 +341,7 @@ def test_a_chip_that_is_not_used_as_its_data_sheet_says_is_found_and_not_struck(
 ) -> None:
     monkeypatch.setattr(mpu9250, "RESET_NS", 100_000)
     found = found_without_fault(1.5)
-    assert found.startswith("misused of world: MPU-9250 0x68: register 0x6b written during")
+    assert found.startswith("misused of imu: MPU-9250 0x68: register 0x6b written during")
 
 
 def test_a_control_at_half_its_rate_is_found_and_not_struck(

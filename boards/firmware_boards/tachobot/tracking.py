@@ -6,6 +6,7 @@ before outputs are armed; the trajectory begins once the robot is lifted. Withou
 command leaves, and the propellers stay off.
 """
 
+from collections.abc import Callable
 from typing import Final
 
 from firmware_drivers.chips.mpu9250_burst import InertialSample
@@ -30,7 +31,7 @@ from firmware_runtime.models.position_fix import (
 )
 from firmware_runtime.models.position_watch import PositionWatch
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_table import Accepted, Arrow, State
+from firmware_runtime.models.state_table import Arrow, Kept, State
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 AGAIN_WITHIN: Final = 10 * SECOND
@@ -194,5 +195,5 @@ class GivenUp(StateDiagram):
         )
 
 
-def _is(wanted: PositionState) -> Accepted:
+def _is(wanted: PositionState) -> Callable[[PositionState, Kept], bool]:
     return lambda state, _kept: state is wanted

@@ -43,6 +43,7 @@ class BalancingRig(BoardRig):
         self._probe = Probe(self.world, self.catch_up)
 
     push_unit = "rad/s of pitch"
+    bears_push = 3.0
     said_within_s = 0.5
     """A gyro that is 0.5 rad/s off is contradicted by the speed that it leads to, 0.4 s later:
     sooner nothing that the robot has tells a wrong pitch from a right one."""

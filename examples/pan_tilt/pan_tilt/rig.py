@@ -48,6 +48,7 @@ class PanTiltRig(BoardRig):
         self._pan_rad = self._way_rad = 0.0
 
     push_unit = "rad of pan"
+    bears_push = 1.0
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and is up with the first answer."""
     unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")

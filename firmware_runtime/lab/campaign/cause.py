@@ -28,9 +28,14 @@ class Failing(NamedTuple):
 
 
 class Cause:
-    """One fault, or two of a pair; `driving` has what drives, and its lines, by name."""
+    """One fault, or two of a pair; `driving` has what drives, and its lines, by name.
 
-    def __init__(self, strikes: Sequence[Strike], driving: Collection[str]) -> None:
+    `bears_push` is the greatest push that does the robot no harm.
+    """
+
+    def __init__(
+        self, strikes: Sequence[Strike], driving: Collection[str], bears_push: float = 0.0
+    ) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
         self.device = next((each.device for each in strikes if each.device), "world")
         self.at = min(each.at for each in strikes)
@@ -62,10 +67,19 @@ class Cause:
         ]
         self.out_of_reach_until = max(out_of_reach, default=0)
         """Until when nothing may reach what drives, or it drives by itself."""
-        self.may_rest = self.is_of_world or self.turns_it
+        self.is_borne = all(
+            kind.name == "push" and abs(_amount(kind, each.amount)) <= bears_push
+            for kind, each in zip(kinds, strikes, strict=True)
+        )
+        """Whether it is a push that the robot bears."""
+        self.may_rest = (self.is_of_world or self.turns_it) and not self.is_borne
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
         self.is_over_at_once = self.end - self.at <= _AT_ONCE
+
+
+def _amount(kind: Kind, amount: float | None) -> float:
+    return (kind.amount or 0.0) if amount is None else amount
 
 
 def end_of(at: int, span: int) -> int:

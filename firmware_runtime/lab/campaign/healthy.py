@@ -310,8 +310,16 @@ def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
         if why is not None:
             return Wrong(oracle, "world", f"{why}, and no fault was made", at)
     for note in asked.notes:
-        return Wrong("misused", "world", f"{note}; no fault was made", at)
+        return Wrong("misused", _device_in(note, watched), f"{note}; no fault was made", at)
     return None
+
+
+def _device_in(note: str, watched: Watched) -> str:
+    """Return the device whose chip a note begins with, and whose address it has; else the world."""
+    places = watched.session.hardware.struck.places
+    named = [each for each in places if not each.is_line and note.startswith(each.chip)]
+    marked = [each for each in named if each.address and f" 0x{each.address:02x}:" in note]
+    return next((each.name for each in (*marked, *named)), "world")
 
 
 def _push(watched: Watched) -> None:

@@ -31,6 +31,7 @@ _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
 _NAMED: Final = 300 * MILLISECOND
 _DRIVEN_ON: Final = 2 * SECOND
+_BORNE: Final = "it was pushed by no more than it bears"
 _MUTE: Final = SECOND
 """A robot that is off is safe, and may take longer to say why."""
 
@@ -59,6 +60,9 @@ class Judge:
         driving = {*watched.lines, *watched.asked.outputs}
         self._strikes = strikes
         self._cause = Cause(strikes, driving)
+        bears = healthy.stated.bears_push
+        if bears is not None and healthy.has_been_on(self._cause.at):
+            self._cause = Cause(strikes, driving, bears)
         self._failures = Failures(watched, healthy, self._cause)
         self._outputs = OutputsOn(watched, healthy, self._cause, self._failures, off_at)
         self._recovery = Recovery(watched, healthy, self._cause)
@@ -121,6 +125,7 @@ class Judge:
             or self._mute(look)
             or self._withheld(look)
             or self._silent(look)
+            or self._felled()
             or self._said_and_astray(look)
             or self._recovery.judge(look)
         )
@@ -154,6 +159,11 @@ class Judge:
             return None
         what = f"{said.model} reports {said.kind} ({said.sentence})"
         return "invented", f"{what}, and nothing failed: it was disarmed"
+
+    def _felled(self) -> tuple[str, str] | None:
+        """A robot that cannot go on since it was pushed, though it bears that."""
+        lost = self._watched.asked.lost() if self._cause.is_borne else None
+        return None if lost is None else ("unhealed", f"{_BORNE}, and {lost}")
 
     def _said_and_astray(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven far from where healthy ones are long after it has said why."""
@@ -308,6 +318,8 @@ class Judge:
             return None
         if self._cause.is_disarmed and self._watched.asked.lost() is None:
             return "invented", f"it was disarmed, and the run has ended: {ending.reason}"
+        if self._cause.is_borne:
+            return "unhealed", f"{_BORNE}, and the run has ended: {ending.reason}"
         is_small = self._cause.is_over_at_once and self._cause.leaves_no_doubt
         if self._healthy.stated.healed_within_s is None or not is_small:
             return None

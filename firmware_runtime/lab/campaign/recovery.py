@@ -25,7 +25,8 @@ class Recovery:
         self._watched = watched
         self._healthy = healthy
         self._cause = cause
-        self._off_for = healthy.stated.healed if cause.leaves_no_doubt else RECOVER
+        is_stated = cause.leaves_no_doubt or cause.is_borne
+        self._off_for = healthy.stated.healed if is_stated else RECOVER
         """How long after them outputs may be off."""
         self._driven_for = Lasting()
         """While it cannot go on."""

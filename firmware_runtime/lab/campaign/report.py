@@ -116,9 +116,12 @@ class Report(Struct, frozen=True, kw_only=True):
         """It in words."""
         for each in self.findings:
             yield from each.lines
-        runs = f"{self.runs:,} of {self.space:,} faults of {self.board} ({self.share:.1%})"
         found = f"{len(self.findings)} findings" if len(self.findings) != 1 else "1 finding"
-        yield f"{runs}: {found}, {self.silent} silent, {self.crashes} crashes"
+        if self.runs or not self.findings:
+            runs = f"{self.runs:,} of {self.space:,} faults of {self.board} ({self.share:.1%})"
+            yield f"{runs}: {found}, {self.silent} silent, {self.crashes} crashes"
+        else:
+            yield f"{self.board} was not struck: {found} without any fault"
         if self.run_again:
             yield f"{self.run_again} run again: {self.flakes} flakes"
         if fixed := sum(bool(each.fixed) for each in self.kept):

@@ -84,7 +84,7 @@ class Space(Sequence[Case]):
         place = bisect_right(self._ends, number)
         use = self._found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
-        amount = _amount(form.kind, place)
+        amount = _amount(form.kind, place, self._found.stated.bears_push)
         at_s = use.use.at / SECOND
         strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
         return Case((strike,), use.before)
@@ -219,8 +219,10 @@ def _courses(space: Space) -> Iterator[int]:
                 yield number
 
 
-def _amount(kind: Kind, use: int) -> float | None:
+def _amount(kind: Kind, use: int, bears_push: float | None) -> float | None:
     """Return the amount of a kind at the use with this number; None is the kind's own.
+
+    Every second push is the other way.
 
     The number itself would not do, as each second use may be another device's: half of the bits
     would never be tried.
@@ -228,9 +230,12 @@ def _amount(kind: Kind, use: int) -> float | None:
     number = int.from_bytes(blake2b(str(use).encode(), digest_size=_NUMBER_BYTES).digest())
     if kind.is_numbered:
         return float(number)
-    if kind.of == "world" and kind.amount is not None and number % 2:
-        return -kind.amount
-    return None
+    if kind.of != "world" or kind.amount is None:
+        return None
+    push = kind.amount if bears_push is None else bears_push
+    if number % 2:
+        return -push
+    return bears_push
 
 
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:

@@ -41,6 +41,9 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     borne: Mapping[str, Annotated[float, Meta(ge=0)]] = {}
     """How far beside healthy runs a number of its truth may be without harm, by its name, such as
     `tachobot.world.yaw_rad`."""
+    bears_push: Annotated[float, Meta(gt=0, le=1e9)] | None = None
+    """The greatest push, in its `push_unit`, that neither ends its run nor leaves it lost: it is
+    pushed by that. None is 1, and whatever comes of it is right."""
     unknowable: tuple[str, ...] = ()
     """Faults that are as another world to it, `KIND:DEVICE` or `KIND`: they are left out, and a
     report lists them."""

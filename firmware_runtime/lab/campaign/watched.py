@@ -6,13 +6,13 @@ its ports that are not finite, are kept beside the looks.
 
 import re
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from enum import Enum
 from functools import partial
 from hashlib import blake2b
 from itertools import takewhile
 from math import inf, isfinite
-from typing import Final
+from typing import Final, get_args, get_type_hints
 
 from msgspec import Struct
 
@@ -114,6 +114,8 @@ class Watched:
         self._digest = blake2b(digest_size=6)
         self._sent: dict[OutPort[object], deque[int]] = {}
         """When ports of devices' models have sent, the last times."""
+        self._given: dict[str, int] = {}
+        """When fields that may be None were not, of values that they have sent, the last time."""
         simulator = self.session.executive.simulator
         for port in ports_below(simulator.root).values():
             if _is_of_faults(port.type):
@@ -125,6 +127,8 @@ class Watched:
             if is_of_device and not _says_how_it_stands(port.type):
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
+                if optional := _optional_fields(port.type):
+                    simulator.listen(port, partial(self._note_given, port.path, optional))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
@@ -196,8 +200,12 @@ class Watched:
         return None
 
     def last_sent(self) -> dict[str, int]:
-        """Return when ports of devices' models that measure have sent last, by path; ns."""
-        return {port.path: sent[-1] for port, sent in self._sent.items() if sent}
+        """Return when ports of devices' models that measure have sent last, by path; ns.
+
+        A field of a value that may be None counts as a port of its own.
+        """
+        sent = {port.path: sent[-1] for port, sent in self._sent.items() if sent}
+        return {**sent, **self._given}
 
     def unready(self) -> dict[str, str]:
         """Return why devices speak against arming, by model."""
@@ -272,6 +280,11 @@ class Watched:
             for arrow in (*state.external, *state.internal)
         }
 
+    def _note_given(self, path: str, fields: Sequence[str], at: int, value: object) -> None:
+        for field in fields:
+            if getattr(value, field) is not None:
+                self._given[f"{path}.{field}"] = at
+
     def _check(self, path: str, are_sound: Check, at: int, value: object) -> None:
         try:
             is_finite = all_numbers(value, are_sound)
@@ -289,6 +302,15 @@ def _is_measured(value: float) -> bool:
 def _says_how_it_stands(kind: object) -> bool:
     """Return whether a value is no measurement, but sent when something has changed."""
     return isinstance(kind, type) and issubclass(kind, bool | Enum)
+
+
+def _optional_fields(kind: object) -> list[str]:
+    """Return the fields of a type of values that may be None."""
+    try:
+        hints = get_type_hints(kind)
+    except (TypeError, NameError):  # it has no fields, or says what they are where nobody knows it
+        return []
+    return [name for name, hint in hints.items() if type(None) in get_args(hint)]
 
 
 def _note(sent: deque[int], at: int, _value: object) -> None:
