@@ -183,7 +183,7 @@ def test_an_accelerometer_that_lies_for_ever_is_said_and_leads_nowhere() -> None
         assert "the position was lost twice" in ended.reason
         assert robot.rig is not None
         assert not any(robot.rig.outputs.values())
-        state = robot.world.state(robot.rig.now())
+        state = robot.world.state(robot.now)
     assert math.hypot(state.x_m, state.y_m) < 2.0
 
 
