@@ -74,6 +74,21 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "                self.note(error)\n"
         "        else:\n",
     ),
+    "a magnetometer that hangs is not said": Mistake(
+        "tachobot",
+        "imu",
+        f"{MODELS}imu.py",
+        "            self.faults.append(Fault.of(stuck, self.consecutive_faults, self.period))\n"
+        "            return True\n",
+        "            return False\n",
+    ),
+    "the acceleration of a body that leans has the other sign": Mistake(
+        "balancing",
+        "push",
+        f"{STANDS}rolling.py",
+        "along * cosine + up * sine",
+        "along * cosine - up * sine",
+    ),
     "the gyro is not compared with the compass": Mistake(
         "tachobot",
         "imu",

@@ -31,6 +31,7 @@ _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
 _NAMED: Final = 300 * MILLISECOND
 _DRIVEN_ON: Final = 2 * SECOND
+_FALLS_WITHIN: Final = 2 * SECOND
 _BORNE: Final = "it was pushed by no more than it bears"
 _MUTE: Final = SECOND
 """A robot that is off is safe, and may take longer to say why."""
@@ -265,6 +266,7 @@ class Judge:
             self._is_settled
             and not self._outputs.may_be_wrong(self._look)
             and not self._may_go_astray
+            and not self._may_still_fall
         )
 
     @property
@@ -289,6 +291,11 @@ class Judge:
         if at - begin >= RECOVER:
             return False
         return not self._watched.reached <= self._healthy.reached_by(at)
+
+    @property
+    def _may_still_fall(self) -> bool:
+        """Whether it was pushed a moment ago, by what it bears."""
+        return self._cause.is_borne and self._watched.at - self._cause.at < _FALLS_WITHIN
 
     # The end -------------------------------------------------------------------------------------
 

@@ -84,7 +84,9 @@ class Space(Sequence[Case]):
         place = bisect_right(self._ends, number)
         use = self._found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
-        amount = _amount(form.kind, place, self._found.stated.bears_push)
+        is_driven = self._found.has_been_on(use.use.at)
+        bears_push = self._found.stated.bears_push if is_driven else None
+        amount = _amount(form.kind, place, bears_push)
         at_s = use.use.at / SECOND
         strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
         return Case((strike,), use.before)
