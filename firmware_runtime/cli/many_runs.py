@@ -48,17 +48,16 @@ class RowProgress:
         """`failed` is the word for rows that are not as they should be."""
         self._word = failed
         self._shown = Progress(sys.stderr, every_s=_EVERY_S / 4)
-        self._began = monotonic()
-        self._before: int | None = None
-        """Rows that were there already, of a job that goes on."""
+        self._first: tuple[float, int] | None = None
+        """When the first rows were there, and how many: what comes before them is no row."""
         self._said = 0
 
     def __call__(self, done: int, size: int, failed: int) -> None:
         """So many rows are there."""
-        if self._before is None:
-            self._before = done - 1
-        spent_s = monotonic() - self._began
-        line = self._line(done, size, failed, (done - self._before) / spent_s)
+        now = monotonic()
+        began, before = self._first = self._first or (now, done)
+        rate = (done - before) / (now - began) if now > began else 0.0
+        line = self._line(done, size, failed, rate)
         self._shown.show(line)
         if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
             self._said = done
@@ -72,5 +71,6 @@ class RowProgress:
         words = [f"{done} of {size} runs"]
         if failed:
             words.append(f"{failed} {self._word}")
-        words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
+        if rate:
+            words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
         return ", ".join(words)
