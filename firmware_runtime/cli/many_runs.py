@@ -13,6 +13,8 @@ from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import Progress, print_line
 
 _EVERY_S: Final = 1.0
+_RATED_AFTER_S: Final = 1.0
+"""Rows may come two at a time."""
 
 
 def add_how(verb: argparse.ArgumentParser, what: str) -> None:
@@ -56,7 +58,7 @@ class RowProgress:
         """So many rows are there."""
         now = monotonic()
         began, before = self._first = self._first or (now, done)
-        rate = (done - before) / (now - began) if now > began else 0.0
+        rate = (done - before) / (now - began) if now - began > _RATED_AFTER_S else 0.0
         line = self._line(done, size, failed, rate)
         self._shown.show(line)
         if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
