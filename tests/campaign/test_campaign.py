@@ -148,7 +148,7 @@ def test_each_output_and_each_bit_has_its_turn_whatever_the_rhythm_of_uses() -> 
     bits = {int(each.amount or 0) % 8 for each in struck if each.kind == "flip"}
     assert bits == set(range(8))
     pushes = {each.amount for each in struck if each.kind == "push"}
-    assert pushes == {None, -1.0}
+    assert pushes == {None, -1.0, 1.0}  # it bears 1 once it is driven
 
 
 @pytest.mark.slow
