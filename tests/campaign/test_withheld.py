@@ -36,6 +36,14 @@ def test_what_never_sent_is_missed_from_when_outputs_are_on() -> None:
     assert withheld({"eyes": 0}, {}, 2 * SECOND, 1900 * MILLISECOND) is None
 
 
+def test_a_field_may_be_none_until_its_driver_can_be_sure_that_it_hangs() -> None:
+    usual = {"imu.sample": 0, "imu.sample.field": 100 * MILLISECOND}
+    last = {"imu.sample": 4 * SECOND, "imu.sample.field": SECOND}
+    assert withheld(usual, last, 3 * SECOND, 0) is None
+    said = "imu.sample.field has sent nothing for 2 s, 0.1 at the most when all is well"
+    assert withheld(usual, last, 3001 * MILLISECOND, 0) == said
+
+
 @pytest.mark.slow
 def test_a_compass_that_stands_still_and_says_so_is_sound_and_one_that_does_not_is_found(
     monkeypatch: pytest.MonkeyPatch,

@@ -9,6 +9,8 @@ from firmware_runtime.lab.campaign.watched import Look, Watched
 _MOST: Final = SECOND
 """What sends less often is asked now and then, and need not be."""
 _BEYOND: Final = 300 * MILLISECOND
+_BEYOND_OF_A_FIELD: Final = 1800 * MILLISECOND
+"""A driver may go on without a part of its values until it is sure that the part hangs."""
 _TIMES: Final = 2
 
 
@@ -45,7 +47,8 @@ def withheld(
     """
     for path, usual in longest.items():
         gap = at - max(since, last_sent.get(path, 0))
-        if gap > _TIMES * usual + _BEYOND:
+        is_field = path.rpartition(".")[0] in longest
+        if gap > _TIMES * usual + (_BEYOND_OF_A_FIELD if is_field else _BEYOND):
             said = f"{path} has sent nothing for {gap / SECOND:.2g} s"
             return f"{said}, {usual / SECOND:.2g} at the most when all is well"
     return None
