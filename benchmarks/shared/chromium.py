@@ -49,8 +49,11 @@ class Page:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self._ask("Emulation.setDeviceMetricsOverride", **size)
         address = page.as_uri() if isinstance(page, Path) else page
-        self._ask("Page.navigate", url=address)
-        while (event := self._browser.event())["method"] != "Page.loadEventFired":
+        loader = self._ask("Page.navigate", url=address).get("loaderId")
+        is_there = loader is None  # the same document; until then a load is that of a page before
+        while (event := self._browser.event())["method"] != "Page.loadEventFired" or not is_there:
+            if event["method"] == "Page.frameNavigated":
+                is_there = is_there or event["params"]["frame"]["loaderId"] == loader
             self._note(event)
         self.evaluate("document.fonts.ready")
         for event in self._browser.events:
