@@ -153,7 +153,7 @@ class StruckDoubles:
                 "fault", f"{kind.name}: not on these doubles", f"one of {known}"
             )
         at = max(since + strike.at, self._now())
-        amount = strike.amount if strike.amount is not None else kind.amount
+        amount = strike.extent
         until = NEVER if strike.span == NEVER else at + strike.span
         if kind.of in OF_NO_DEVICE and strike.device:
             fault = f"{strike.kind} of {strike.device}"

@@ -161,6 +161,11 @@ class Strike(Struct, tag="strike", array_like=True, frozen=True):
         return NEVER if self.for_s is None else seconds(self.for_s)
 
     @property
+    def extent(self) -> float | None:
+        """How much of it there is, as stated or by its kind; None of what has no amount."""
+        return KINDS[self.kind].amount if self.amount is None else self.amount
+
+    @property
     def at(self) -> int:
         """Ns from the start of the run, or from now."""
         return seconds(self.at_s)

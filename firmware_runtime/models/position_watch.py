@@ -6,7 +6,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.hal.wire_errors import Fault, NotReady
 from firmware_runtime.models.position_fix import FixReport, PositionState
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_table import Arrow, Kept, State, Word
+from firmware_runtime.models.state_table import Arrow, Kept, State, Word, always
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class PositionWatch(StateDiagram):
                 "any": _any,
                 "coasts": self._none_for(patience.coasts),
                 "loses": self._none_for(patience.lost),
-                **{state.name.lower(): _word(state) for state in PositionState},
+                **{state.name.lower(): always(state) for state in PositionState},
             },
             coasts=patience.coasts,
             lost=patience.lost - patience.coasts,
@@ -76,7 +76,3 @@ class PositionWatch(StateDiagram):
 
 def _any(_fix: FixReport, _kept: Kept) -> bool:
     return True
-
-
-def _word(state: PositionState) -> Word:
-    return lambda _kept: state

@@ -146,6 +146,13 @@ def _reachable(states: Sequence[State]) -> Iterator[str]:
 
 Word: TypeAlias = type | Callable[..., Any]
 Words: TypeAlias = Mapping[str, Word]
+
+
+def always(value: object) -> Word:
+    """Return a word for what is sent, whatever was kept: this value."""
+    return lambda _kept: value
+
+
 P = TypeVar("P")
 
 _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?")
@@ -193,7 +200,7 @@ class Labels:
         if word is not None:
             return Sent(port, word)
         number = self._number(port, mark)
-        return Sent(port, lambda _kept: number)
+        return Sent(port, always(number))
 
     def keeps(self, mark: Mark) -> bool:
         """Return whether this value is one that an input leaves behind."""

@@ -27,7 +27,7 @@ MISSIONS: Final[Mapping[str, tuple[str, Mapping[str, object]]]] = {
     "tachobot that hovers": ("tachobot", {"controller.mode": "free"}),
 }
 """The board and the settings of each."""
-BOARDS: Final = tuple({board for board, _ in MISSIONS.values()})
+BOARDS: Final = tuple(dict.fromkeys(board for board, _ in MISSIONS.values()))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +81,7 @@ def _carried_out(arguments: argparse.Namespace) -> Iterator[tuple[str, dict[str,
 def _figures(report: Report) -> dict[str, Any]:
     """What a report says, without where it keeps its findings, which only this machine has."""
     said: dict[str, Any] = report.as_json()
-    for each in said["findings"]:
+    for each in (*said["findings"], *said["fixed"]):
         for place in ("recording", "test"):
             each.pop(place, None)
     return said

@@ -23,7 +23,7 @@ from tests.reliability import (
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
-from tests.reliability.results import ROOT, Result, keep, read_kept, summed
+from tests.reliability.results import KEPT, ROOT, Result, keep, read_kept, summed
 
 SOURCE = '''
 """A module."""
@@ -175,6 +175,11 @@ def test_a_result_is_kept_with_its_day_commit_and_conditions(tmp_path: Path) -> 
 )
 def test_each_robot_of_a_part_is_a_board(board: str) -> None:
     assert board_in_force(board, ()).name == board
+
+
+def test_no_kept_result_names_a_place_of_the_machine_that_made_it() -> None:
+    for file in KEPT.glob("*.json"):
+        assert '"/' not in file.read_text(encoding="utf-8"), file
 
 
 @pytest.mark.parametrize("name", planted.MISTAKES)

@@ -233,7 +233,7 @@ def test_what_waits_and_what_was_answered_at_once_is_said_where_there_is_such_a_
     assert story.endswith(f", 0 coalesced{said}; 0 overruns in 0 episodes")
 
 
-def test_in_virtual_time_nothing_can_be_late() -> None:
+def test_in_virtual_time_no_activation_can_be_late() -> None:
     found = run_of(0.0, clock="VirtualClock")
     assert punctuality(found) == "in virtual time: no activation can be late"
 

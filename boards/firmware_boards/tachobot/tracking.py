@@ -31,7 +31,7 @@ from firmware_runtime.models.position_fix import (
 )
 from firmware_runtime.models.position_watch import PositionWatch
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_table import Arrow, Kept, State
+from firmware_runtime.models.state_table import Arrow, Kept, State, always
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 AGAIN_WITHIN: Final = 10 * SECOND
@@ -167,8 +167,8 @@ class GivenUp(StateDiagram):
         self.state = self.in_port("state", PositionState)
         self.no_yaw = self.in_port("no_yaw", Ending)
         self.ended = self.out_port("ended", Ending)
-        none = Ending(f"no position for {safe_after_s:g} s", failed=True)
-        lost = f"the position was lost twice within {AGAIN_WITHIN / SECOND:g} s"
+        none = f"no position for {safe_after_s:g} s"
+        twice = f"the position was lost twice within {AGAIN_WITHIN / SECOND:g} s"
         gone = (Arrow("state?safe", "without"), Arrow("no_yaw?why", "without yaw"))
         self.follow(
             (
@@ -188,8 +188,8 @@ class GivenUp(StateDiagram):
             {
                 "safe": _is(PositionState.SAFE),
                 "lost": _is(PositionState.LOST),
-                "none": lambda _kept: none,
-                "twice": lambda _kept: Ending(lost, failed=True),
+                "none": always(Ending(none, failed=True)),
+                "twice": always(Ending(twice, failed=True)),
                 "why": Ending,
             },
         )

@@ -68,18 +68,13 @@ class Cause:
         self.out_of_reach_until = max(out_of_reach, default=0)
         """Until when nothing may reach what drives, or it drives by itself."""
         self.is_borne = all(
-            kind.name == "push" and abs(_amount(kind, each.amount)) <= bears_push
-            for kind, each in zip(kinds, strikes, strict=True)
+            each.kind == "push" and abs(each.extent or 0.0) <= bears_push for each in strikes
         )
         """Whether it is a push that the robot bears."""
         self.may_rest = (self.is_of_world or self.turns_it) and not self.is_borne
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
         self.is_over_at_once = self.end - self.at <= _AT_ONCE
-
-
-def _amount(kind: Kind, amount: float | None) -> float:
-    return (kind.amount or 0.0) if amount is None else amount
 
 
 def end_of(at: int, span: int) -> int:

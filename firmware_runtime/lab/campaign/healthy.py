@@ -143,6 +143,13 @@ class Healthy(Struct, frozen=True):
         """Return whether outputs have been on by an instant when all is well."""
         return any(self.on[: at // EVERY])
 
+    def bears_push(self, at: int) -> float | None:
+        """Return the greatest push that it bears at an instant; None before outputs are first on.
+
+        Or where its rig does not say that it bears any.
+        """
+        return self.stated.bears_push if self.has_been_on(at) else None
+
     def is_on(self, at: int) -> bool:
         """Return whether outputs are on at an instant when all is well, also a while before."""
         number = at // EVERY - 1

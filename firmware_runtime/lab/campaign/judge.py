@@ -1,11 +1,11 @@
 """The judge of a struck robot: it goes by outputs, the world's truth, and faults reported.
 
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
-lasting fault was reported, two where it is driven on, or three seconds after one that shows in
-nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
-one has taken by then, is watched until five seconds after the fault, or after its begin where it
-lasts. One that has said why and is driven beside its envelope is watched until five seconds after
-that.
+lasting fault was reported, two where it is driven on, or after a push that it bears, or three
+seconds after one that shows in nothing. A robot that has taken a decision of its own, an arrow of a
+state diagram that no healthy one has taken by then, is watched until five seconds after the fault,
+or after its begin where it lasts. One that has said why and is driven beside its envelope is
+watched until five seconds after that.
 """
 
 import copy
@@ -60,10 +60,8 @@ class Judge:
         watched, healthy = self._watched, self._healthy
         driving = {*watched.lines, *watched.asked.outputs}
         self._strikes = strikes
-        self._cause = Cause(strikes, driving)
-        bears = healthy.stated.bears_push
-        if bears is not None and healthy.has_been_on(self._cause.at):
-            self._cause = Cause(strikes, driving, bears)
+        bears_push = healthy.bears_push(min(each.at for each in strikes))
+        self._cause = Cause(strikes, driving, bears_push or 0.0)
         self._failures = Failures(watched, healthy, self._cause)
         self._outputs = OutputsOn(watched, healthy, self._cause, self._failures, off_at)
         self._recovery = Recovery(watched, healthy, self._cause)

@@ -84,12 +84,24 @@ class Space(Sequence[Case]):
         place = bisect_right(self._ends, number)
         use = self._found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
-        is_driven = self._found.has_been_on(use.use.at)
-        bears_push = self._found.stated.bears_push if is_driven else None
-        amount = _amount(form.kind, place, bears_push)
+        amount = self._amount(form.kind, place)
         at_s = use.use.at / SECOND
         strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
         return Case((strike,), use.before)
+
+    def _amount(self, kind: Kind, use: int) -> float | None:
+        """Return the amount of a kind at the use with this number; None is the kind's own.
+
+        A push is as large as the robot bears, where it says that; every second one the other way.
+        """
+        if kind.is_numbered:
+            return float(_spread(use))
+        if kind.of != "world" or kind.amount is None:
+            return None
+        bears_push = self._found.bears_push(self._use_times[use])
+        if _spread(use) % 2:
+            return -(kind.amount if bears_push is None else bears_push)
+        return bears_push
 
     def _pair(self, index: int) -> Case:
         first = (index * _GOLDEN % (1 << _BITS)) * self.singles >> _BITS
@@ -221,23 +233,13 @@ def _courses(space: Space) -> Iterator[int]:
                 yield number
 
 
-def _amount(kind: Kind, use: int, bears_push: float | None) -> float | None:
-    """Return the amount of a kind at the use with this number; None is the kind's own.
-
-    Every second push is the other way.
+def _spread(use: int) -> int:
+    """Return a number for the use with this one: the same each time, and like no other's.
 
     The number itself would not do, as each second use may be another device's: half of the bits
     would never be tried.
     """
-    number = int.from_bytes(blake2b(str(use).encode(), digest_size=_NUMBER_BYTES).digest())
-    if kind.is_numbered:
-        return float(number)
-    if kind.of != "world" or kind.amount is None:
-        return None
-    push = kind.amount if bears_push is None else bears_push
-    if number % 2:
-        return -push
-    return bears_push
+    return int.from_bytes(blake2b(str(use).encode(), digest_size=_NUMBER_BYTES).digest())
 
 
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
