@@ -77,6 +77,20 @@ class DetectiveRig(BoardRig):
     """What its treads have turned is read so often (`treads.refresh_s`)."""
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and no mission ends of one that failed once."""
+    bears_reading_of = ("radar_motor", "treads", "body_sonar", "body_compass", "radar_compass")
+    """Not the radar's sonar: an echo that stops the head, and that no other hears, ends it."""
+
+    @property
+    def off_within_s(self) -> Mapping[str, float]:
+        """Its mission ends of so many faults in a row, a tenth of a second apart at the most.
+
+        A sonar on a serial line is heard less often.
+        """
+        settings = self._settings
+        sonars = {"radar_sonar": settings.radar_sonar, "body_sonar": settings.body_sonar}
+        on_buses = (name for name, of in sonars.items() if not isinstance(of, MaxbotixTable))
+        needed = (*on_buses, "radar_compass", "body_compass", "radar_motor")
+        return dict.fromkeys(needed, 0.1 * settings.mission.faults + 0.2)
 
     @property
     def unknowable(self) -> tuple[str, ...]:

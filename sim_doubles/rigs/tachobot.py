@@ -72,6 +72,7 @@ class TachobotRig(BoardRig):
 
     push_unit = "rad/s of yaw"
     bears_push = 1.0
+    bears_reading_of = ("imu", "thrust_pairs")
     off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
         {"imu": 0.06, "controller.movement_check": 0.1}
     )
@@ -110,6 +111,16 @@ class TachobotRig(BoardRig):
         """
         esc = self._settings.esc_in_use
         return 2.2 + (0.0 if esc is None else esc.arming_s)
+
+    @property
+    def recovered_within_s(self) -> float:
+        """5 s; where it hovers nothing brakes it, and it turns on while it is off.
+
+        That is while it is disarmed for 3 s, and while its speed controller is armed again; it
+        takes as long to turn back.
+        """
+        esc = self._settings.esc_in_use
+        return 5.0 + (0.0 if esc is None else 2 * esc.arming_s)
 
     @property
     def is_driven(self) -> bool:

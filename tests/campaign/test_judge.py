@@ -6,6 +6,7 @@ from itertools import count
 from math import inf, nan
 
 import pytest
+from firmware_boards.detective.mission import Mission as DetectiveMission
 from firmware_boards.detective.turning import VehicleTurn
 from firmware_boards.tachobot import allocation
 from firmware_boards.tachobot.allocation import Allocation
@@ -19,6 +20,7 @@ from firmware_drivers.imu import Imu
 from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
 from firmware_drivers.treads import Treads
+from firmware_drivers.wheel_check import WheelCheck
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
@@ -104,6 +106,35 @@ def test_of_two_faults_one_that_drives_by_itself_is_no_driving_on() -> None:
         Strike("full-on", "thrust_pairs", at_s=8.0005925),
     )
     assert_sound("tachobot", [blind, full], seed=7)
+
+
+def test_of_two_chips_that_drive_the_one_that_works_is_judged_while_the_other_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    dead = Strike("absent", "radar_motor", at_s=1.0)
+    assert_sound("detective", [dead], for_s=2.0)
+
+    def judge(mission: DetectiveMission) -> object:
+        others = [each for each in mission.fault if "0x40" not in each.reason]
+        mission.fault.clear()
+        mission.fault.extend(others)
+        return judged(mission)
+
+    judged = DetectiveMission._judge
+    monkeypatch.setattr(DetectiveMission, "_judge", judge)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"on of radar_motor: radar_motor fails for 0\.7 s"):
+        assert_sound("detective", [dead], for_s=2.0)
+
+
+def test_one_wrong_byte_of_what_a_driver_of_treads_says_ends_no_mission(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wrong = Strike("wrong-byte", "treads", at_s=2.02, for_s=0.0, amount=15414.0)
+    assert_sound("detective", [wrong], for_s=3.0)
+    monkeypatch.setattr(WheelCheck, "is_unasked", lambda _check, *_counts: False)
+    with pytest.raises(AssertionError, match="unhealed of treads: the fault was over at once"):
+        assert_sound("detective", [wrong], for_s=3.0)
 
 
 def test_a_report_of_a_robot_that_was_disarmed_and_no_more_is_invented(
@@ -231,7 +262,8 @@ def test_what_is_wrong_in_another_world_alone_says_in_which(
 def test_a_robot_that_rests_later_than_healthy_ones_is_healed_and_one_that_gives_up_is_not() -> (
     None
 ):
-    known, cause = healthy(Mission(board="tachobot", for_s=3.0)), Cause([SILENT_IMU], ["imu"])
+    known = healthy(Mission(board="tachobot", for_s=3.0))
+    cause = Cause([SILENT_IMU], {"imu": ["imu"]})
     with Mission(board="tachobot", for_s=3.0).opened() as robot:
         watched = Watched(robot)
         watched.go_on(to=cause.end)
@@ -252,7 +284,8 @@ def test_a_robot_that_rests_later_than_healthy_ones_is_healed_and_one_that_gives
 
 
 def test_a_robot_that_goes_on_later_than_at_once_has_as_long_from_then_on_to_find_its_way() -> None:
-    known, cause = healthy(Mission(board="tachobot", for_s=3.0)), Cause([SILENT_IMU], ["imu"])
+    known = healthy(Mission(board="tachobot", for_s=3.0))
+    cause = Cause([SILENT_IMU], {"imu": ["imu"]})
     with Mission(board="tachobot", for_s=3.0).opened() as robot:
         watched = Watched(robot)
         watched.go_on(to=cause.end)
@@ -306,7 +339,7 @@ def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails
     )
     assert_sound("tachobot", [stuck, silent], for_s=3.0)
     weak = Strike("weak", "thrust_pairs", at_s=1.2)
-    assert Cause([weak, silent], ["thrust_pairs"]).out_of_reach_until == 0
+    assert Cause([weak, silent], {"thrust_pairs": ["thrust_pairs"]}).out_of_reach_until == 0
 
 
 def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(

@@ -1,13 +1,17 @@
 """Values that no longer come: what a pause is, and when it is too long."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 from firmware_drivers.compass import Compass
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError, Stuck
-from firmware_runtime.lab.campaign import assert_sound
-from firmware_runtime.lab.campaign.withheld import longest_of, withheld
+from firmware_runtime.lab.campaign import assert_sound, campaign
+from firmware_runtime.lab.campaign.watched import Look, Watched
+from firmware_runtime.lab.campaign.withheld import Gaps, longest_of, withheld
 
 
 def test_what_sends_seldom_or_not_in_each_healthy_run_is_not_expected() -> None:
@@ -42,6 +46,22 @@ def test_a_field_may_be_none_until_its_driver_can_be_sure_that_it_hangs() -> Non
     assert withheld(usual, last, 3 * SECOND, 0) is None
     said = "imu.sample.field has sent nothing for 2 s, 0.1 at the most when all is well"
     assert withheld(usual, last, 3001 * MILLISECOND, 0) == said
+
+
+def test_what_is_sent_for_the_first_time_was_waited_for_as_long_as_outputs_were_on() -> None:
+    sent: dict[str, int] = {}
+    watched = cast("Watched", SimpleNamespace(last_sent=lambda: sent))
+    gaps = Gaps()
+    for at, is_on in enumerate((False, True, True, True, True)):
+        if at == 3:
+            sent["eyes"] = 3
+        gaps.look(Look(at, is_on=is_on, numbers=()), watched)
+    assert gaps.longest == {"eyes": 3}  # since the last look with outputs off
+
+
+@pytest.mark.slow
+def test_a_round_of_the_detective_whose_sonar_on_the_body_sees_its_target_last_is_sound() -> None:
+    campaign("detective", for_s=60.0, runs=6, workers=1).check()
 
 
 @pytest.mark.slow

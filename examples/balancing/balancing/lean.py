@@ -52,6 +52,7 @@ class Lean(Atomic):
         self._since_drive += elapsed
         if self.begin:
             self.speed = self.place_s = 0.0
+            self._since_drive = 0  # it lay meanwhile
         if self.place_in:
             self.reference_m = self.place_in[-1]
         if self.applied_in:

@@ -50,6 +50,7 @@ class BalancingRig(BoardRig):
     off_within_s = MappingProxyType({"imu": 0.13, "controller.rolling_check": 0.13})
     """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`), or where its gyro leads
     to a speed that it does not have."""
+    bears_reading_of = ("imu", "wheels")
     held_within_s = 0.25
     healed_within_s = 2.0
     """An IMU that had no supply is up after a second, with its gyro's bias, and then the pitch is
@@ -103,6 +104,11 @@ class BalancingRig(BoardRig):
     def lost(self) -> str | None:
         """It does not get up by itself."""
         return "it has fallen" if self.world.has_fallen else None
+
+    def restore(self) -> None:
+        """Raise it, as a hand does, where it began."""
+        self.catch_up()
+        self.world.put_back()
 
     def missed(self) -> str | None:
         """Return that it does not stand about where it was raised, once it has had time to."""

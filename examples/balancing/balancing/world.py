@@ -24,6 +24,8 @@ GRAVITY = 9.80665
 STEP_S = 0.001
 FEELS = SECOND // 100
 """Ns for which the motors push before the hand lets go."""
+RAISED_IN = SECOND
+"""Ns that a hand takes to raise it."""
 FLOOR_RAD = 1.3
 """Pitch at which the body touches the floor."""
 FIELD_T = (20e-6, 0.0, -40e-6)
@@ -51,6 +53,7 @@ class World:
         self._released_at = NEVER
         self._at = 0
         self._is_held = False
+        self._was_put_back = False
 
     @property
     def has_fallen(self) -> bool:
@@ -60,7 +63,9 @@ class World:
     def advance(self, at: int) -> None:
         """Bring the world to `at`, in ns, with the drives held since the last call."""
         drives = self._drives()
-        if self._released_at == NEVER and any(drive.is_connected for drive in drives):
+        if self._released_at == NEVER:
+            self._rise(at)
+        if self._released_at == NEVER and any(map(self._lets_go, drives)):
             self._released_at = max(self._held, self._at + FEELS)
         since = max(self._at, min(self._released_at, at))
         self._at = max(at, self._at)
@@ -87,6 +92,26 @@ class World:
         self.speed_m_s = self.pitch_rate_rad_s = 0.0
         self._acceleration = (0.0, 0.0)
         self._is_held = is_held
+
+    def put_back(self) -> None:
+        """Raise it in RAISED_IN where it began, and hold it until a motor pushes."""
+        self.place_m = self.speed_m_s = 0.0
+        to_start_rad = self.settings.start_pitch_rad - self.pitch_rad
+        self.pitch_rate_rad_s = to_start_rad * SECOND / RAISED_IN
+        self._acceleration = (0.0, 0.0)
+        self._held, self._released_at = self._at + RAISED_IN, NEVER
+        self._was_put_back = True
+
+    def _rise(self, at: int) -> None:
+        """Turn it as the hand does that raises it."""
+        if self.pitch_rate_rad_s != 0.0 and at > self._at:
+            self.pitch_rad += self.pitch_rate_rad_s * (min(at, self._held) - self._at) / SECOND
+            if at >= self._held:
+                self.pitch_rate_rad_s = 0.0
+
+    def _lets_go(self, drive: Drive) -> bool:
+        """Whether the hand feels a motor; one that lay there brakes."""
+        return drive.voltage != 0.0 if self._was_put_back else drive.is_connected
 
     def _step(self, step_s: float, drives: tuple[Drive, Drive]) -> None:
         """One step of semi-implicit Euler: rates first, then what they lead to."""

@@ -9,6 +9,7 @@ import pytest
 from firmware_runtime import SECOND, ConfigError, OpenBoard, Strike, open_board
 from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
+from firmware_runtime.lab.campaign import assert_sound
 from sim_doubles.faults import FaultScript, NackAddress
 
 IMU = 0x68
@@ -71,6 +72,12 @@ def test_without_its_motors_it_falls_and_lying_it_leaves_them_alone() -> None:
         robot.run(3.0)
         assert robot.outputs == {"wheels": 0}
         assert robot.model.components["controller"].components["mode"].phase == "Lying"
+
+
+@pytest.mark.slow
+def test_raised_again_it_stands_where_it_was_raised_however_long_it_lay() -> None:
+    assert_sound("balancing", [Strike("nack", "imu", at_s=3.0, for_s=1.0)], goes_on=True)
+    assert_sound("balancing", [Strike("disarm", at_s=2.0, for_s=3.0)], goes_on=True)
 
 
 def test_an_imu_that_falls_silent_switches_the_motors_off() -> None:

@@ -51,6 +51,7 @@ class PanTiltRig(BoardRig):
     bears_push = 1.0
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and is up with the first answer."""
+    bears_reading_of = ("eyes", "servos")
     unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")
     """Another light would look the same to its photocells."""
 

@@ -58,7 +58,8 @@ def rerun_many(
         fault = f"{len(moved)} of {count} rows are other faults of {mission.board} by now"
         one = f", row {moved[0]} for one"
         raise ConfigError.of_one("campaign", f"{fault}{one}", "a table of the robot as it is")
-    job = Stretches(found=healthy(mission), parts=in_parts(list(chosen)))
+    on = frozenset(number for number, row in chosen.items() if trial_of(row).goes_on)
+    job = Stretches(found=healthy(mission), parts=in_parts(list(chosen)), going_on=on)
     others: list[Row] = []
     done = 0
     for again in chain.from_iterable(carried_out(job, range(len(job.parts)), workers, None)):
@@ -133,10 +134,12 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
     seed: int | None = None,
     within_s: float | None = None,
+    goes_on: bool = False,
     judge: Oracle | None = None,
 ) -> None:
     """Fail the test of a robot that these faults break, or none; it is judged as in a campaign.
 
+    With `goes_on` its run goes on to the end of the mission, which it has to fulfil.
     Raises ConfigError for a mission that there cannot be, and for faults that cannot be made on its
     doubles.
     """
@@ -156,6 +159,6 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     if not faults:
         return
     _check_faults(mission, faults)
-    row = alone(Trial(mission, tuple(faults)), oracle=judge)
+    row = alone(Trial(mission, tuple(faults), goes_on=goes_on), oracle=judge)
     if row["outcome"] != SOUND:
         raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")

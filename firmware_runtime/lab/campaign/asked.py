@@ -20,7 +20,7 @@ from firmware_runtime.lab.campaign.verdict import where_raised
 Oracle: TypeAlias = Callable[[Rig], str | None]
 """An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
 Method: TypeAlias = Callable[[], object]
-ANSWERS: Final = ("truth", "judge", "missed", "lost", "is_driven")
+ANSWERS: Final = ("truth", "judge", "missed", "lost", "restore", "is_driven")
 """What a rig can be asked beside its outputs, where it has it."""
 
 
@@ -40,6 +40,7 @@ class Asked:
         self._lost = self._method("lost")
         self._judge = self._method("judge")
         self._missed = self._method("missed")
+        self._restore = self._method("restore")
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
         with blamed_on_rig(board, "truth"):
@@ -104,6 +105,17 @@ class Asked:
     def missed(self) -> str | None:
         """Return what its robot should have done by now and has not; None for nothing."""
         return self._sentence("missed", self._missed)
+
+    @property
+    def can_be_restored(self) -> bool:
+        """Whether its robot can be put back where it began."""
+        return self._restore is not None
+
+    def restore(self) -> None:
+        """Put its robot back where it began, as somebody does who finds it."""
+        assert self._restore is not None  # noqa: S101 -- can_be_restored
+        with blamed_on_rig(self._board, "restore"):
+            self._restore()
 
     @property
     def notes(self) -> list[str]:

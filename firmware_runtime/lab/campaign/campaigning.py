@@ -31,6 +31,7 @@ from firmware_runtime.lab.campaign.findings import (
     is_wrong,
     make_folder,
 )
+from firmware_runtime.lab.campaign.going_on import going_on
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.kept_findings import (
     KeptFinding,
@@ -156,7 +157,13 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             partial = stack.enter_context(kept)
         rows = {} if partial is None else dict(partial.rows)
         parts = in_parts(chosen, rows)
-        job = Stretches(found=healthy(mission), parts=parts, until=until, oracle=oracle)
+        job = Stretches(
+            found=healthy(mission),
+            parts=parts,
+            going_on=going_on(space, chosen),
+            until=until,
+            oracle=oracle,
+        )
         found = sum(map(is_wrong, rows.values()))
         for row in stack.enter_context(closing(_rows_of(job, workers, scheduler))):
             rows[number_of(row)] = row

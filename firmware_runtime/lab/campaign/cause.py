@@ -1,6 +1,6 @@
 """The faults of one run, as far as a judge goes by them: when, of what, and what they excuse."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
@@ -28,15 +28,19 @@ class Failing(NamedTuple):
 
 
 class Cause:
-    """One fault, or two of a pair; `driving` has what drives, and its lines, by name.
+    """One fault, or two of a pair; `driving` has the chips that drive, by themselves and by line.
 
     `bears_push` is the greatest push that does the robot no harm.
     """
 
     def __init__(
-        self, strikes: Sequence[Strike], driving: Collection[str], bears_push: float = 0.0
+        self,
+        strikes: Sequence[Strike],
+        driving: Mapping[str, Collection[str]],
+        bears_push: float = 0.0,
     ) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
+        self.devices = {each.device for each in strikes if each.device}
         self.device = next((each.device for each in strikes if each.device), "world")
         self.at = min(each.at for each in strikes)
         self.said_from = self.at - _STEP
@@ -58,12 +62,12 @@ class Cause:
         self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self.drives = any(kind.of == "actuator" for kind in kinds)
         self.turns_it = any(kind.name == _FULL_ON for kind in kinds)
-        self.holds_outputs = not {each.device for each in strikes}.isdisjoint(driving)
-        """Whether it may keep a robot from its own outputs."""
+        self.holds = frozenset(chip for each in self.devices for chip in driving.get(each, ()))
+        """Chips that it may keep the robot from."""
         out_of_reach = [
             end_of(each.at, each.span)
             for each in strikes
-            if each.device in driving and each.kind in _KEPT_OFF | _DRIVEN
+            if driving.get(each.device) and each.kind in _KEPT_OFF | _DRIVEN
         ]
         self.out_of_reach_until = max(out_of_reach, default=0)
         """Until when nothing may reach what drives, or it drives by itself."""
@@ -74,6 +78,7 @@ class Cause:
         self.may_rest = (self.is_of_world or self.turns_it) and not self.is_borne
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
+        self.is_of_readings = all(kind.of in {"I2C", "sensor"} for kind in kinds)
         self.is_over_at_once = self.end - self.at <= _AT_ONCE
 
 

@@ -59,12 +59,19 @@ class Finding(Struct, frozen=True, kw_only=True):
     """A row of the table that has it."""
     count: int
     """Rows that have it."""
+    goes_on: bool = False
+    """Whether its run goes on to the end of its mission, and shows it only then."""
     is_flaky: bool = False
     """Whether it was another one when it was run again."""
     needs_oracle: bool = False
     """Whether an oracle of a test's own has found it: without that one it shows in nothing."""
     recording: str | None = None
     test: str | None = None
+
+    @property
+    def trial(self) -> Trial:
+        """The run that shows it."""
+        return Trial(self.mission, self.faults, goes_on=self.goes_on)
 
     @property
     def group(self) -> Group:
@@ -223,6 +230,7 @@ def _finding(first: Row, trial: Trial, shown: Row, count: int) -> Finding:
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
         count=count,
+        goes_on=trial.goes_on,
     )
 
 
@@ -239,15 +247,19 @@ def _fewer(trial: Trial) -> Iterator[Trial]:
 
 
 def _shorter(trial: Trial) -> Iterator[Trial]:
-    """Yield the trial with shorter faults, the shortest first."""
-    for for_s in SHORTER_S:
-        shorter = tuple(_for_at_most(each, for_s) for each in trial.strikes)
-        if shorter != trial.strikes:
-            yield replace(trial, strikes=shorter)
+    """Yield the trial with shorter faults, the shortest first, and those that do not go on."""
+    for goes_on in sorted({False, trial.goes_on}):
+        for for_s in (*SHORTER_S, None):
+            strikes = tuple(_for_at_most(each, for_s) for each in trial.strikes)
+            shorter = replace(trial, strikes=strikes, goes_on=goes_on)
+            if shorter != trial:
+                yield shorter
 
 
-def _for_at_most(strike: Strike, for_s: float) -> Strike:
-    """Return a fault that lasts so long at most, where its kind can."""
+def _for_at_most(strike: Strike, for_s: float | None) -> Strike:
+    """Return a fault that lasts so long at most, where its kind can; None is as it is."""
+    if for_s is None:
+        return strike
     shorter = replace(strike, for_s=for_s)
     is_one = shorter.fault() is None and shorter.span < strike.span
     return shorter if is_one and not KINDS[strike.kind].is_moment else strike
@@ -259,8 +271,7 @@ def _saved(
     """Keep its recording, and the test."""
     finding = _with_test(finding, folder, names)
     recording = Path(str(finding.test)).with_suffix(".recording")
-    trial = Trial(finding.mission, finding.faults)
-    alone(trial, oracle=oracle, record=recording)
+    alone(finding.trial, oracle=oracle, record=recording)
     is_kept = recording.exists()
     replays = in_child(lambda: {"same": _replays(recording)}) if is_kept else {"same": True}
     is_flaky = finding.is_flaky or replays != {"same": True}
@@ -304,6 +315,7 @@ def text_of_test(finding: Finding, name: str) -> str:
         chosen += f", seed={mission.seed!r}"
     if mission.within_s is not None:
         chosen += f", within_s={mission.within_s!r}"
+    chosen += ", goes_on=True" * finding.goes_on
     chosen += ", judge=judge" * finding.needs_oracle
     test = FaultTest(
         name=name,

@@ -30,8 +30,9 @@ from firmware_runtime.runs.open_board import OpenBoard
 
 T = TypeVar("T")
 RUNS: Final = 4
-AFTER: Final = 6 * SECOND
-"""How long a mission goes on beyond its end, so that what strikes at its end is watched, too."""
+_AFTER: Final = SECOND
+"""How long a mission goes on beyond its end, so that what strikes at its end is watched, too,
+beside the time to recover from that."""
 _MINUTE: Final = 60 * SECOND
 """How long it goes on once, so that what grows slowly, or is done seldom, is seen."""
 _SLACK: Final = 300 * MILLISECOND // EVERY
@@ -127,6 +128,10 @@ class Healthy(Struct, frozen=True):
     """For how long each port of a device sends nothing while outputs are on, at the most, ns."""
     unready: frozenset[str]
     """Models that speak against arming when all is well."""
+    until: int
+    """Until when each of them goes on that does not end by itself, ns."""
+    ends_at: int | None
+    """When each of them has ended by itself by, ns; None where one goes on after the mission."""
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
 
@@ -183,6 +188,8 @@ def healthy(mission: Mission) -> Healthy:
         longest_gaps=longest_of([each.gaps.longest for each in runs]),
         unready=first.unready,
         within=first.within,
+        until=first.until,
+        ends_at=_last([each.ended_at for each in runs]),
         wrong=_first_wrong(runs, [None, *seeds[1:]]) or _idle(runs),
     )
 
@@ -212,7 +219,8 @@ class _Run:
             self._noted: dict[str, int] = {}
             self._note(watched, AT_START)
             until = seconds(mission.for_s)
-            while watched.at < until + AFTER and watched.outcome is None:
+            self.until = until + self.stated.recovered + _AFTER
+            while watched.at < self.until and watched.outcome is None:
                 before = watched.at
                 self.looks.append(watched.go_on())
                 self.gaps.look(self.looks[-1], watched)
@@ -223,6 +231,7 @@ class _Run:
             self.not_finite = watched.not_finite
             self.unready = frozenset(watched.unready())
             self.arrows = frozenset(watched.arrows)
+            self.ended_at = None if watched.outcome is None else watched.at
             _check(mission, watched)
             if watched.outcome is None:
                 _push(watched)
@@ -253,6 +262,12 @@ def _first_wrong(runs: Sequence[_Run], seeds: Sequence[int | None]) -> Wrong | N
         if run.wrong is not None:
             return replace(run.wrong, seed=seed)
     return None
+
+
+def _last(ends: Sequence[int | None]) -> int | None:
+    """Return the last of the ends; None where a run has none."""
+    found = [each for each in ends if each is not None]
+    return max(found) if len(found) == len(ends) else None
 
 
 def _least(runs: Sequence[_Run]) -> dict[str, int]:

@@ -5,7 +5,8 @@ lasting fault was reported, two where it is driven on, or after a push that it b
 seconds after one that shows in nothing. A robot that has taken a decision of its own, an arrow of a
 state diagram that no healthy one has taken by then, is watched until five seconds after the fault,
 or after its begin where it lasts. One that has said why and is driven beside its envelope is
-watched until five seconds after that.
+watched until five seconds after that. A run may have to go on to the end of its mission: then none
+is sure before.
 """
 
 import copy
@@ -18,10 +19,11 @@ from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.failures import Failures
+from firmware_runtime.lab.campaign.going_on import Fulfilment
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.outputs_on import OutputsOn
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
-from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
+from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
 from firmware_runtime.lab.campaign.withheld import withheld
@@ -45,10 +47,13 @@ class Judge:
         watched: Watched,
         healthy: Healthy,
         strikes: Sequence[Strike],
+        *,
+        goes_on: bool = False,
     ) -> None:
         self._watched = watched
         self._healthy = healthy
-        self._go_by(strikes, off_at=0)
+        self._recovered_within = healthy.stated.recovered
+        self._go_by(strikes, off_at=0, goes_on=goes_on)
         self._struck_at = self._cause.at if self._cause.shows_by_itself else None
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
@@ -56,20 +61,23 @@ class Judge:
         self._has_fallen = False
         """Whether it has left its envelope while it was disarmed."""
 
-    def _go_by(self, strikes: Sequence[Strike], off_at: int) -> None:
+    def _go_by(self, strikes: Sequence[Strike], off_at: int, *, goes_on: bool) -> None:
         watched, healthy = self._watched, self._healthy
-        driving = {*watched.lines, *watched.asked.outputs}
+        driving = _driving(watched, healthy)
         self._strikes = strikes
         bears_push = healthy.bears_push(min(each.at for each in strikes))
         self._cause = Cause(strikes, driving, bears_push or 0.0)
         self._failures = Failures(watched, healthy, self._cause)
         self._outputs = OutputsOn(watched, healthy, self._cause, self._failures, off_at)
         self._recovery = Recovery(watched, healthy, self._cause)
+        self._fulfilment = Fulfilment(
+            watched, healthy, self._cause, self._recovery, goes_on=goes_on
+        )
 
-    def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
+    def of_shorter(self, strikes: Sequence[Strike], *, goes_on: bool) -> "Judge":
         """Return the judge of faults that are over sooner, in a run that is the same so far."""
         other = copy.copy(self)
-        other._go_by(strikes, self._outputs.off_at)  # noqa: SLF001 -- its own
+        other._go_by(strikes, self._outputs.off_at, goes_on=goes_on)  # noqa: SLF001 -- its own
         return other
 
     def judge(self) -> Verdict:
@@ -127,6 +135,7 @@ class Judge:
             or self._felled()
             or self._said_and_astray(look)
             or self._recovery.judge(look)
+            or self._fulfilment.judge(look)
         )
 
     def _take_down(self) -> None:
@@ -167,17 +176,17 @@ class Judge:
     def _said_and_astray(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven far from where healthy ones are long after it has said why."""
         said = self._said
-        if said is None or self._cause.end != NEVER or look.at - said.at < RECOVER:
+        if said is None or self._cause.end != NEVER or look.at - said.at < self._recovered_within:
             return None
         if not self._is_aside(look):
             return None
         where = self._healthy.envelope.far_outside(look)
-        after = f"{RECOVER / SECOND:g} s after it was reported"
+        after = f"{self._recovered_within / SECOND:g} s after it was reported"
         return None if where is None else ("astray", f"{after} {where}")
 
     def _is_aside(self, look: Look) -> bool:
         """Whether it is driven, and is not where a healthy one is, though it could be off."""
-        if not (look.is_on and self._cause.is_failure) or self._cause.holds_outputs:
+        if not (self._cause.is_failure and self._watched.is_driven_beside(self._cause.holds)):
             return False
         return self._healthy.envelope.outside(look) is not None
 
@@ -261,7 +270,8 @@ class Judge:
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
         return (
-            self._is_settled
+            self._watched.at >= self._fulfilment.until
+            and self._is_settled
             and not self._outputs.may_be_wrong(self._look)
             and not self._may_go_astray
             and not self._may_still_fall
@@ -277,16 +287,16 @@ class Judge:
         if self._said is None:
             return at - cause.at >= _WATCHED
         since = at - self._said.at
-        drives_on = self._look.is_on and not cause.holds_outputs
+        drives_on = self._watched.is_driven_beside(cause.holds)
         is_long = since >= (_DRIVEN_ON if drives_on else _SETTLED)
-        return (is_long and not self._is_aside(self._look)) or since > RECOVER
+        return (is_long and not self._is_aside(self._look)) or since > self._recovered_within
 
     @property
     def _may_go_astray(self) -> bool:
         """Whether a state diagram has just gone where no healthy one goes until a while later."""
         at, cause = self._watched.at, self._cause
         begin = cause.at if cause.end == NEVER else cause.end
-        if at - begin >= RECOVER:
+        if at - begin >= self._recovered_within:
             return False
         return not self._watched.reached <= self._healthy.reached_by(at)
 
@@ -314,7 +324,7 @@ class Judge:
         return self._verdict(SOUND, "", look.at)
 
     def _given_up(self) -> tuple[str, str] | None:
-        """A run that has ended of a fault that was over at once, where its rig says that it heals.
+        """A run that has ended of a fault that was over at once, where its rig says that none does.
 
         A device that fails at its very first use may keep a run from beginning.
         """
@@ -325,10 +335,17 @@ class Judge:
             return "invented", f"it was disarmed, and the run has ended: {ending.reason}"
         if self._cause.is_borne:
             return "unhealed", f"{_BORNE}, and the run has ended: {ending.reason}"
-        is_small = self._cause.is_over_at_once and self._cause.leaves_no_doubt
-        if self._healthy.stated.healed_within_s is None or not is_small:
+        if not (self._cause.is_over_at_once and self._heals):
             return None
         return "unhealed", f"the fault was over at once, and the run has ended: {ending.reason}"
+
+    @property
+    def _heals(self) -> bool:
+        """Whether its rig says that nothing that is over at once, as its faults are, ends a run."""
+        stated = self._healthy.stated
+        if self._cause.leaves_no_doubt:
+            return stated.healed_within_s is not None
+        return self._cause.is_of_readings and self._cause.devices <= {*stated.bears_reading_of}
 
     def closed(self) -> Verdict:
         """End the faults and the run, and judge that."""
@@ -375,3 +392,12 @@ class Judge:
         outcome = self._watched.outcome
         was_said = outcome is not None and bool(outcome.faults)
         return self._cause.drives or (self._cause.may_stay_on and was_said)
+
+
+def _driving(watched: Watched, healthy: Healthy) -> dict[str, list[str]]:
+    """Return the chips that drive: each by itself, and those on a line by its name."""
+    chips, line_of = list(watched.asked.outputs), {each.name: each.line for each in healthy.places}
+    found = {chip: [chip] for chip in chips}
+    for line in watched.lines:
+        found[line] = [chip for chip in chips if line_of.get(chip, line) == line]
+    return found

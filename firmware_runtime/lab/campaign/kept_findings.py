@@ -20,7 +20,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import wrong_without_faults
-from firmware_runtime.lab.campaign.trial import Trial, alone
+from firmware_runtime.lab.campaign.trial import alone
 from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
@@ -128,7 +128,7 @@ def _outcome(finding: Finding, oracle: Oracle | None) -> tuple[str, str]:
     if not finding.faults:
         wrong = wrong_without_faults(finding.mission, oracle)
         return (SOUND, "") if wrong is None else (wrong.oracle, wrong.what)
-    row = alone(Trial(finding.mission, finding.faults), oracle=oracle)
+    row = alone(finding.trial, oracle=oracle)
     return str(row["outcome"]), str(row["what"])
 
 

@@ -40,8 +40,16 @@ class OutputsOn:
         )
 
     def may_be_wrong(self, look: Look) -> bool:
-        """Whether they are on, and will have to be off soon, as a model has reported."""
-        return any(True for _ in self._to_be_off(look))
+        """Whether they are on, and will have to be off soon.
+
+        As a model has reported, or a device fails.
+        """
+        if not look.is_on or look.at < self._reached_from:
+            return False
+        is_blind = any(
+            device in self._off_within and look.at <= end for device, _, end in self._failures
+        )
+        return is_blind or any(True for _ in self._to_be_off(look))
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
         """A disarmed robot with an output on, be it one that brakes."""
@@ -56,9 +64,15 @@ class OutputsOn:
         """A robot that is driven on without a device that it needs, and could be off."""
         for device, since, end in self._failures if look.is_on else ():
             most = self._off_within.get(device, NEVER)
-            if look.at <= end and look.at - max(since, self._cause.out_of_reach_until) > most:
+            if look.at <= end and look.at - max(since, self._reached_from) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
+
+    @property
+    def _reached_from(self) -> int:
+        """From when on it could switch off what is on."""
+        is_reached = self._watched.is_driven_beside(self._cause.holds)
+        return 0 if is_reached else self._cause.out_of_reach_until
 
     def _driven_on(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on although a model has said what it may not be driven with."""
@@ -73,7 +87,7 @@ class OutputsOn:
 
         None where they were off since then, or are out of reach.
         """
-        begin = self._cause.out_of_reach_until
+        begin = self._reached_from
         if not look.is_on or look.at < begin:
             return
         for path, most in self._off_after.items():
@@ -89,6 +103,6 @@ class OutputsOn:
         most = self._most_held
         if most == NEVER or self._watched.held_for(look) <= most or self._cause.is_of_world:
             return None
-        if self._cause.holds_outputs and look.at <= self._cause.end + most:
+        if self._cause.holds and look.at <= self._cause.end + most:
             return None
         return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"

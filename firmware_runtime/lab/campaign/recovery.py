@@ -2,14 +2,11 @@
 
 from typing import Final
 
-from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.mission import RECOVER_S
 from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
 
-RECOVER: Final = seconds(RECOVER_S)
-_AFTER: Final = f"{RECOVER_S:g} s after the fault"
 _QUIET: Final = 300 * MILLISECOND
 _SAID_LATELY: Final = SECOND
 _DRIVEN_WHILE_LOST: Final = SECOND
@@ -25,8 +22,10 @@ class Recovery:
         self._watched = watched
         self._healthy = healthy
         self._cause = cause
+        self._within = healthy.stated.recovered
+        self._after = f"{self._within / SECOND:g} s after the fault"
         is_stated = cause.leaves_no_doubt or cause.is_borne
-        self._off_for = healthy.stated.healed if is_stated else RECOVER
+        self._off_for = healthy.stated.healed if is_stated else self._within
         """How long after them outputs may be off."""
         self._driven_for = Lasting()
         """While it cannot go on."""
@@ -36,10 +35,15 @@ class Recovery:
         self._goes_on_at = cause.end
         """When outputs were on again for the first time after its faults."""
 
+    def begin_anew(self, at: int) -> None:
+        """Give it as long from an instant on as after its faults."""
+        self._on_at = self._goes_on_at = at
+        self.well_since = None
+
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
         lasts = self._cause.end == NEVER
-        if look.at < self._cause.end and not (lasts and not self._cause.holds_outputs):
+        if look.at < self._cause.end and not lasts:
             return None
         if (lost := self._watched.asked.lost()) is not None:
             return self._driven_while_lost(look, lost)
@@ -61,7 +65,7 @@ class Recovery:
         found = self._reporting(look, said) or found
         if found is not None:
             self.well_since = None
-            return found if look.at - self._goes_on_at > RECOVER else None
+            return found if look.at - self._goes_on_at > self._within else None
         if self.well_since is None:
             self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
@@ -70,7 +74,7 @@ class Recovery:
         """Return what it reported a moment ago."""
         if said is None or said.at < max(self._cause.end, look.at - _QUIET + 1):
             return None
-        return "unhealed", f"{_AFTER} {said.model} still reports {said.kind}"
+        return "unhealed", f"{self._after} {said.model} still reports {said.kind}"
 
     def _off(self, look: Look) -> tuple[str, str] | None:
         """Return that outputs are off which are on when all is well.
@@ -89,21 +93,24 @@ class Recovery:
         """Return that a device speaks against arming which does not when all is well."""
         for model, why in self._watched.unready().items():
             if model not in self._healthy.unready:
-                return "unhealed", f"{_AFTER} it could not be armed: {model} {why}"
+                return "unhealed", f"{self._after} it could not be armed: {model} {why}"
         return None
 
     def _astray(self, look: Look) -> tuple[str, str] | None:
         """Return how a driven robot is where no healthy one was since; a push takes it anywhere."""
         is_judged = look.is_on and not self._cause.is_of_world
         far = self._healthy.envelope.elsewhere(look, self._cause.at) if is_judged else None
-        return None if far is None else ("astray", f"{_AFTER} {far}")
+        return None if far is None else ("astray", f"{self._after} {far}")
 
     def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
         """Judge a robot that cannot go on: it may be off, and is well then."""
-        if look.is_on:
+        is_on = look.is_on
+        if self._cause.end == NEVER:
+            is_on = self._watched.is_driven_beside(self._cause.holds)
+        if is_on:
             self.well_since = None
         elif self.well_since is None:
             self.well_since = look.at
         within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
-        is_wrong = self._driven_for.span(look.at, is_so=look.is_on) > within
+        is_wrong = self._driven_for.span(look.at, is_so=is_on) > within
         return ("on", f"{lost}, and it is driven") if is_wrong else None

@@ -58,7 +58,7 @@ class Space(Sequence[Case]):
     """All of them, in order of time, each made when it is asked for."""
 
     def __init__(self, found: Healthy) -> None:
-        self._found = found
+        self.found = found
         self._first_line = found.uses[0].line if found.uses else ""
         self._by_use: dict[tuple[str, int | None, bool, bool], tuple[Form, ...]] = {}
         counts = (len(self._forms_at(each)) for each in found.uses)
@@ -68,7 +68,7 @@ class Space(Sequence[Case]):
         """Its faults that strike alone come first; the rest are pairs."""
 
     def __len__(self) -> int:
-        return self.singles + (self._found.mission.pairs if self.singles > 1 else 0)
+        return self.singles + (self.found.mission.pairs if self.singles > 1 else 0)
 
     @overload
     def __getitem__(self, number: int) -> Case: ...
@@ -82,7 +82,7 @@ class Space(Sequence[Case]):
         if number >= self.singles:
             return self._pair(number - self.singles)
         place = bisect_right(self._ends, number)
-        use = self._found.uses[place]
+        use = self.found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
         amount = self._amount(form.kind, place)
         at_s = use.use.at / SECOND
@@ -98,7 +98,7 @@ class Space(Sequence[Case]):
             return float(_spread(use))
         if kind.of != "world" or kind.amount is None:
             return None
-        bears_push = self._found.bears_push(self._use_times[use])
+        bears_push = self.found.bears_push(self._use_times[use])
         if _spread(use) % 2:
             return -(kind.amount if bears_push is None else bears_push)
         return bears_push
@@ -124,7 +124,7 @@ class Space(Sequence[Case]):
             return range(number, number + 1)
         place = bisect_right(self._ends, number)
         begin = self._ends[place - 1] if place else 0
-        forms = self._forms_at(self._found.uses[place])
+        forms = self._forms_at(self.found.uses[place])
         first = last = number - begin
         while first > 0 and forms[first - 1][:2] == forms[last][:2]:
             first -= 1
@@ -142,7 +142,7 @@ class Space(Sequence[Case]):
         """Return the numbers of single faults by kind and device, each in order of time."""
         found: dict[tuple[str, str], array[int]] = {}
         number = 0
-        for use in self._found.uses:
+        for use in self.found.uses:
             for form in self._forms_at(use):
                 found.setdefault((form.kind.name, form.device), array("q")).append(number)
                 number += 1
@@ -151,7 +151,7 @@ class Space(Sequence[Case]):
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
         key = (use.line, use.use.address, use.use.reads, use.use.writes)
         if key not in self._by_use:
-            without = {*self._found.mission.without, *self._found.stated.unknowable}
+            without = {*self.found.mission.without, *self.found.stated.unknowable}
             self._by_use[key] = tuple(
                 form
                 for form in self._new_forms_at(use)
@@ -160,7 +160,7 @@ class Space(Sequence[Case]):
         return self._by_use[key]
 
     def _new_forms_at(self, use: UseOfLine) -> Iterator[Form]:
-        for place in self._found.places:
+        for place in self.found.places:
             for kind in _kinds_at(place, use):
                 spans = spans_of(kind)
                 # once is the same on the bus as on the device that this use is of
@@ -168,7 +168,7 @@ class Space(Sequence[Case]):
         if use.line == self._first_line:
             yield from (
                 Form(each, "", span)
-                for each in self._found.kinds
+                for each in self.found.kinds
                 if each.of in OF_NO_DEVICE
                 for span in spans_of(each)
             )

@@ -29,9 +29,11 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
 
     said_within_s: Span = WITHIN_S
     """In which a fault has to be reported or outputs off."""
+    recovered_within_s: Span = RECOVER_S
+    """After a fault, in which it has to be where healthy ones are, and to report nothing more."""
     healed_within_s: Span | None = None
     """After a fault of a bus, or of a chip's supply, in which outputs have to be on again; and no
-    run ends of one that was over at once. None is `RECOVER_S`, and a run that may end."""
+    run ends of one that was over at once. None is `recovered_within_s`, and a run that may end."""
     held_within_s: Span | None = None
     """For which outputs may be on and none of them change: then nothing commands them. None where
     they keep a place, as servos do."""
@@ -44,6 +46,8 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     bears_push: Annotated[float, Meta(gt=0, le=1e9)] | None = None
     """The greatest push, in its `push_unit`, that neither ends its run nor leaves it lost: it is
     pushed by that. None is 1, and whatever comes of it is right."""
+    bears_reading_of: tuple[str, ...] = ()
+    """Devices one wrong reading of which ends no run, by name."""
     unknowable: tuple[str, ...] = ()
     """Faults that are as another world to it, `KIND:DEVICE` or `KIND`: they are left out, and a
     report lists them."""
@@ -67,7 +71,14 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     @property
     def healed(self) -> int:
         """Ns of `healed_within_s`, or of what holds for any robot."""
-        return seconds(RECOVER_S if self.healed_within_s is None else self.healed_within_s)
+        if self.healed_within_s is None:
+            return self.recovered
+        return seconds(self.healed_within_s)
+
+    @property
+    def recovered(self) -> int:
+        """Ns of `recovered_within_s`."""
+        return seconds(self.recovered_within_s)
 
     @property
     def off_within(self) -> dict[str, int]:
@@ -93,11 +104,13 @@ def stated_by(
     stated = strict.convert(found, Stated, faults)
     if stated is None or faults:
         raise ConfigError(f"{board.name}: its rig", faults)
+    devices = [place.name for place in places]
     for attribute, unknown in (
+        ("bears_reading_of", _unknown(stated.bears_reading_of, devices)),
         ("borne", _unknown(stated.borne, names) if names else map(_no_number, stated.borne)),
         (
             "off_within_s",
-            _unknown(stated.off_within_s, [*(place.name for place in places), *models]),
+            _unknown(stated.off_within_s, [*devices, *models]),
         ),
         ("unknowable", faults_of(stated.unknowable, places)),
         ("unpaced", _unknown(stated.unpaced, sorted({place.line for place in places}))),

@@ -28,6 +28,8 @@ class Stretches(Struct, frozen=True, kw_only=True):
     found: Healthy
     parts: tuple[tuple[int, ...], ...]
     """Numbers in the space, by part."""
+    going_on: frozenset[int] = frozenset()
+    """Those of runs that go on to the end of their mission."""
     until: float | None = None
     """The instant of the machine's clock after which none begins, but the very first."""
     oracle: Oracle | None = None
@@ -35,7 +37,15 @@ class Stretches(Struct, frozen=True, kw_only=True):
     def run(self, number: int) -> list[Row]:
         """Run one part."""
         part, is_first = self.parts[number], number == 0
-        return [*forked(self.found, part, self.oracle, self.until, is_first=is_first)]
+        rows = forked(
+            self.found,
+            part,
+            self.oracle,
+            self.until,
+            is_first=is_first,
+            going_on=self.going_on,
+        )
+        return [*rows]
 
     def lost(self, number: int, why: str) -> list[Row]:
         """Return the rows of a part whose process ended each time it was tried."""

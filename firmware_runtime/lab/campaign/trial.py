@@ -6,7 +6,7 @@ A row says all that it takes to run it again, and a fingerprint of what the robo
 import gc
 import json
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import groupby
@@ -40,6 +40,8 @@ class Trial(Struct, frozen=True):
     mission: Mission
     strikes: tuple[Strike, ...]
     """One, or two of a pair, in order of time."""
+    goes_on: bool = False
+    """Whether its run goes on to the end of the mission, which has to be fulfilled."""
 
     @property
     def kinds(self) -> str:
@@ -63,6 +65,7 @@ class Trial(Struct, frozen=True):
             "for_s": strike.for_s,
             "amount": strike.amount,
             "others": json.dumps([_cells(each) for each in self.strikes[1:]]),
+            "goes_on": self.goes_on,
             "outcome": verdict.outcome,
             "what": verdict.what,
             "model": verdict.model,
@@ -94,7 +97,8 @@ def trial_of(row: Row) -> Trial:
         raise ValueError("; ".join(said))
     first = (row["kind"], row["device"], row["at_s"], row["for_s"], row["amount"])
     others = json.loads(str(row["others"]))
-    return Trial(mission, tuple(_strike(*cells) for cells in (first, *others)))
+    strikes = tuple(_strike(*cells) for cells in (first, *others))
+    return Trial(mission, strikes, goes_on=bool(row.get("goes_on")))
 
 
 def _cells(strike: Strike) -> tuple[Cell, ...]:
@@ -126,19 +130,21 @@ def alone(
     return _answered(trial, number, in_child(work))
 
 
-def forked(
+def forked(  # noqa: PLR0913 -- which, judged by what, and how long
     found: Healthy,
     numbers: Sequence[int],
     oracle: Oracle | None = None,
     until: float | None = None,
     *,
     is_first: bool = False,
+    going_on: Collection[int] = (),
 ) -> Generator[Row, None, None]:
     """Run trials of the space, in order of time, each in a child that begins where it strikes.
 
     A fault that lasts for a while and the same one for ever are one run until the first ends. With
     `until`, an instant of the machine's clock, those that have not begun by then are left; of the
-    first trials of a campaign one is run all the same: without any, nothing has been judged.
+    first trials of a campaign one is run all the same: without any, nothing has been judged. Those
+    `going_on` do so to the end of their mission.
     """
     if _is_over(until) and not is_first:
         return
@@ -148,7 +154,10 @@ def forked(
         for place, (_, alike) in enumerate(groupby(cases, _course)):
             if _is_over(until) and not (is_first and place == 0):
                 return
-            course = [(Trial(mission, case.strikes), number) for case, number in alike]
+            course = [
+                (Trial(mission, case.strikes, goes_on=number in going_on), number)
+                for case, number in alike
+            ]
             before = space[course[0][1]].before
             if before == AT_START:
                 yield from (alone(trial, number, oracle, found=found) for trial, number in course)
@@ -200,7 +209,8 @@ def _together(course: Sequence[tuple[Trial, int]], watched: Watched, found: Heal
 
     def go_on() -> Row:
         hardware.struck.end(end)
-        return shorter.row(number, _verdict(shorter, judge.of_shorter(shorter.strikes).judge))
+        its_judge = judge.of_shorter(shorter.strikes, goes_on=shorter.goes_on)
+        return shorter.row(number, _verdict(shorter, its_judge.judge))
 
     def stay() -> Row:
         rest = judge.closed if judge.is_sure else judge.judge
@@ -231,7 +241,7 @@ def _healthy_again(found: Healthy, oracle: Oracle | None) -> Iterator[Watched]:
 
 def _from_here(trial: Trial, number: int, watched: Watched, found: Healthy) -> Row:
     watched.robot.session.hardware.strike(trial.strikes)
-    judge = Judge(watched, found, trial.strikes)
+    judge = Judge(watched, found, trial.strikes, goes_on=trial.goes_on)
     return trial.row(number, _verdict(trial, judge.judge))
 
 
@@ -247,7 +257,8 @@ def _from_the_start(
         return _crash(trial, error)
     try:
         watched = Watched(robot, found.not_finite, oracle)
-        return _verdict(trial, Judge(watched, found, trial.strikes).judge)
+        judge = Judge(watched, found, trial.strikes, goes_on=trial.goes_on)
+        return _verdict(trial, judge.judge)
     finally:
         with suppress(FirmwareRuntimeError):  # the verdict is there
             robot.close()

@@ -21,7 +21,8 @@
 | | one that was over at once, where the rig says that it heals |
 | `invented` | a fault is reported in a mission without any, or where it was only disarmed |
 | `idle` | a mission without any fault never has an output on |
-| `missed` | a mission without any fault does not come to what it is for, as the rig knows |
+| `missed` | a mission without any fault does not come to what it is for, as the rig knows; |
+| | or one whose fault was over long ago does not, or does not end |
 | `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
 | `paced` | in a mission without any fault a bus is used more or less often than its board says |
 | `account` | activations that were scheduled and those that are accounted for differ |

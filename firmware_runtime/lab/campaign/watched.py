@@ -145,6 +145,11 @@ class Watched:
         self._digest.update(repr((is_on, numbers)).encode())
         return Look(self.at, is_on, numbers)
 
+    def is_driven_beside(self, chips: Collection[str]) -> bool:
+        """Return whether it is driven now, and by another chip than these."""
+        on = (chip for chip, count in self.asked.outputs.items() if count)
+        return self.asked.is_driven and any(chip not in chips for chip in on)
+
     def held_for(self, look: Look) -> int:
         """Ns since an output changed, or went on; 0 where each is off, or on with all it has.
 

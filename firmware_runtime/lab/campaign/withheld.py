@@ -27,8 +27,10 @@ class Gaps:
             self._off_at = look.at
             return
         for path, at in watched.last_sent().items():
-            gap = look.at - max(at, self._off_at)
-            self.longest[path] = max(gap, self.longest.get(path, 0))
+            before = self.longest.get(path)
+            sent_at = 0 if before is None else at  # until its first value it had sent nothing
+            gap = look.at - max(sent_at, self._off_at)
+            self.longest[path] = max(gap, before or 0)
 
 
 def longest_of(runs: Sequence[Mapping[str, int]]) -> dict[str, int]:

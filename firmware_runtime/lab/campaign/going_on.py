@@ -1,0 +1,117 @@
+"""Runs that go on to the end of their mission: after a fault that is over, it has to be fulfilled.
+
+A robot may be well again, drive its outputs and report nothing, and yet have given up what it is
+for. Its healthy runs say whether the mission ends by itself, and its rig what it is for (`missed`).
+One that cannot go on is put back, where its rig can do that (`restore`), and has to begin again.
+To go on takes many times as long as to be sure that the robot is well, so a few runs do: one of
+each kind of fault of each device.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
+from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.recovery import Recovery
+from firmware_runtime.lab.campaign.space import Space
+from firmware_runtime.lab.campaign.watched import Lasting, Look, Watched
+
+_RUNS_PER_SECOND: Final = 2
+"""For each second that a run goes on so many do not, but for those of people, whom a robot meets
+every day: they take a fifth of a campaign's time."""
+_FOUND_AFTER: Final = SECOND
+"""How long one that cannot go on is left alone, its faults being over."""
+_TIMES: Final = 2
+"""A mission that was kept up may begin anew."""
+
+
+def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
+    """Return the numbers of those that go on: a pure function of what is chosen, in its order.
+
+    The first one of each kind of each device that is over in the first half of the mission.
+    """
+    one_in = _RUNS_PER_SECOND * space.found.until // SECOND
+    mission = seconds(space.found.mission.for_s)
+    tried: set[tuple[str, str]] = set()
+    found: set[int] = set()
+    for count, number in enumerate(chosen):
+        if number >= space.singles:
+            continue
+        (strike,) = space[number].strikes
+        fault = strike.kind, strike.device
+        if fault in tried or not _may_go_on(strike, mission):
+            continue
+        if KINDS[strike.kind].of == "people" or len(found) * one_in <= count:
+            tried.add(fault)
+            found.add(number)
+    return frozenset(found)
+
+
+def _may_go_on(strike: Strike, mission: int) -> bool:
+    return strike.span != NEVER and 2 * (strike.at + strike.span) <= mission
+
+
+class Fulfilment:
+    """Asks a robot at the end of its mission for what it is for; at once, where it is not to go on.
+
+    `until` is that end, ns: it has as long as healthy ones, and a mission that ends by itself twice
+    as long and more, after the fault.
+    """
+
+    def __init__(
+        self,
+        watched: Watched,
+        healthy: Healthy,
+        cause: Cause,
+        recovery: Recovery,
+        *,
+        goes_on: bool,
+    ) -> None:
+        self._watched = watched
+        self._recovery = recovery
+        self._lost_for = Lasting()
+        self._put_back_at: int | None = None
+        self._ends_at = healthy.ends_at
+        self._over_at = cause.end
+        self._recovered_within = healthy.stated.recovered
+        self._asked_from = cause.end + self._recovered_within
+        self.until = 0
+        if goes_on and cause.end != NEVER:
+            self.until = healthy.until
+            if self._ends_at is not None:
+                self.until = max(self.until, _TIMES * self._ends_at + self._asked_from)
+
+    def judge(self, look: Look) -> tuple[str, str] | None:
+        """Return the oracle that finds something wrong, and a sentence, when it is time."""
+        asked = self._watched.asked
+        lost = asked.lost() if self.until else None
+        if lost is not None:
+            return self._put_back(look, lost)
+        if look.at < self._asked_from or not self.until:
+            return None
+        missed = asked.missed()  # it may go by what it saw before
+        said = self._watched.said_last()
+        is_said = said is not None and said.at > look.at - self._recovered_within
+        if look.at < self.until or is_said:
+            return None
+        if missed is None and self._ends_at is not None:
+            usual = f"{self._ends_at / SECOND:.3g} s when all is well"
+            missed = f"its mission has not ended, which it does after {usual}"
+        since = f"{(look.at - self._over_at) / SECOND:.2g} s after the fault was over"
+        return None if missed is None else ("missed", f"{missed}, {since}")
+
+    def _put_back(self, look: Look, lost: str) -> tuple[str, str] | None:
+        """Put back a robot that cannot go on; once, and then it has to stay so."""
+        if self._put_back_at is not None:
+            since = (look.at - self._put_back_at) / SECOND
+            return "missed", f"it was put back {since:.2g} s ago, and {lost}"
+        is_left = self._lost_for.span(look.at, is_so=look.at > self._over_at) >= _FOUND_AFTER
+        is_time = look.at + self._recovered_within + _FOUND_AFTER <= self.until
+        if is_left and is_time and self._watched.asked.can_be_restored:
+            self._watched.asked.restore()
+            self._put_back_at = look.at
+            self._asked_from = look.at + self._recovered_within
+            self._recovery.begin_anew(look.at)
+        return None

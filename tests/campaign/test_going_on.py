@@ -1,0 +1,82 @@
+"""Runs that go on to the end of their mission: which they are, and what is found there."""
+
+from collections.abc import Iterator
+from itertools import islice
+
+import pytest
+from firmware_boards.detective.mission import Mission as DetectiveMission
+
+from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.lab.campaign.again import assert_sound
+from firmware_runtime.lab.campaign.findings import findings_of
+from firmware_runtime.lab.campaign.going_on import going_on
+from firmware_runtime.lab.campaign.healthy import healthy
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.space import in_courses, space_of
+from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
+from sim_doubles.rigs.tachobot import TachobotRig
+
+MISSION = Mission(board="tachobot", for_s=3.0)
+SILENCE = Strike("nack", "imu", at_s=1.2, for_s=0.2)
+
+
+@pytest.fixture(autouse=True)
+def _anew() -> Iterator[None]:
+    """Run healthy missions of each test by itself: some have a mistake of their own."""
+    healthy.cache_clear()
+    yield
+    healthy.cache_clear()
+
+
+@pytest.mark.slow
+def test_one_run_of_each_fault_that_is_over_soon_goes_on_and_those_of_people_first() -> None:
+    space = space_of(MISSION)
+    chosen = list(islice(in_courses(space), 600))
+    found = going_on(space, chosen)
+    strikes = [space[number].strikes[0] for number in chosen if number in found]
+    faults = [(each.kind, each.device) for each in strikes]
+    assert len(set(faults)) == len(faults) >= 600 // 18
+    assert all(each.at + each.span <= 1_500_000_000 for each in strikes)
+    of_people = {each.name for each in KINDS.values() if each.of == "people"}
+    assert of_people & {each.kind for each in strikes}
+    assert going_on(space, chosen[:100]) < found
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_well_again_and_has_given_up_what_it_is_for_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert_sound("tachobot", [SILENCE], for_s=3.0, goes_on=True)
+
+    def missed(rig: TachobotRig) -> str | None:
+        was_struck = any(bus.struck_at is not None for bus in rig.buses.values())
+        return "its yaw is nowhere" if was_struck else None
+
+    monkeypatch.setattr(TachobotRig, "missed", missed)
+    assert_sound("tachobot", [SILENCE], for_s=3.0)
+    said = r"missed of imu: its yaw is nowhere, 7\.6 s after the fault was over"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [SILENCE], for_s=3.0, goes_on=True)
+    row = alone(Trial(MISSION, (SILENCE,), goes_on=True), 7)
+    assert trial_of(row).goes_on
+    (finding,) = findings_of([row], None)
+    assert (finding.oracle, finding.goes_on) == ("missed", True)
+    assert finding.faults == (Strike("nack", "imu", at_s=1.2, for_s=0.0),)
+
+
+@pytest.mark.slow
+def test_a_mission_that_ends_when_all_is_well_ends_after_a_fault_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fault = Strike("nack", "body_compass", at_s=3.0, for_s=0.3)
+    assert_sound("detective", [fault], for_s=30.0, goes_on=True)
+    judge = DetectiveMission._judge
+
+    def forget(mission: DetectiveMission) -> object:
+        mission.forgets = getattr(mission, "forgets", False) or bool(mission.fault)  # type: ignore[attr-defined]
+        return None if mission.forgets else judge(mission)  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(DetectiveMission, "_judge", forget)
+    said = r"missed of body_compass: its mission has not ended, which it does after 34\.\d s"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("detective", [fault], for_s=30.0, goes_on=True)
