@@ -39,10 +39,10 @@ class Motors(Actuator):
 
     The other phases are those of `Actuator`. A refusal forgets the command, and so do
     FAULTS_BEFORE_FORGETTING faults in a row. Once a command has failed, faults are in a row until
-    the chip has taken two commands one after the other. A command that comes while the chip is not
-    up, not stopped yet, or while the interlock disables outputs, is kept, and not obeyed once it is
-    older than command_timeout, unless it is one that holds until the next (`keeps_commands`); one
-    that is none is reported meanwhile.
+    the chip has taken two commands one after the other, and what drives has done as told. A command
+    that comes while the chip is not up, not stopped yet, or while the interlock disables outputs,
+    is kept, and not obeyed once it is older than command_timeout, unless it is one that holds until
+    the next (`keeps_commands`); one that is none is reported meanwhile.
     """
 
     keeps_commands = False
@@ -177,6 +177,10 @@ class Motors(Actuator):
         super().fail(error)
         self._has_command = self._is_repeated = self._is_doubtful = True
 
+    def has_acted(self) -> bool:
+        """Return whether what drives has done as told since it did not, as far as it is known."""
+        return True
+
     # ---------------------------------------------------------------------------------------------
 
     def _obey(self) -> None:
@@ -207,7 +211,7 @@ class Motors(Actuator):
             self.fail(error)
             return
         self.note_success(self.written_of_command())
-        if self._has_taken_command:
+        if self._has_taken_command and self.has_acted():
             self._is_doubtful = False
             self._faults_in_a_row = 0
         self._has_taken_command = True

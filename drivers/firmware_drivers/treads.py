@@ -181,6 +181,10 @@ class Treads(Motors):
         for wheel, count, speed in zip(self._wheels, _counts_of(report), speeds, strict=True):
             wheel.take(count, elapsed, speed)
 
+    def has_acted(self) -> bool:
+        """Return whether both wheels have turned as told since one did not."""
+        return all(wheel.agrees for wheel in self._wheels)
+
     def look_after(self) -> None:
         """Read the driver; wheels that may be pushed by hand are not looked at."""
         if self.interlock():

@@ -63,6 +63,8 @@ class WheelCheck:
     def __init__(self, where: str, name: str, full_counts_s: float, ramp: int) -> None:
         self._where, self._name = where, name
         self._full, self._ramp = full_counts_s, ramp
+        self.agrees = True
+        """Whether it has turned as told since it did not."""
         self._reached = 0.0
         """The speed that the ramp has reached by the last report; a stop is a ramp, too."""
         self.begin_again()
@@ -103,8 +105,10 @@ class WheelCheck:
             told, turned = told.mirrored(), -turned
         self._too_little = self._too_little + 1 if turned < told.least else 0
         if turned <= told.most and self._too_little < REPORTS:
+            self.agrees |= not self._too_little
             return
         self.begin_again()
+        self.agrees = False
         due = told.ahead - told.back
         expected = f"about {due:.0f} counts of its encoder in {told.span / SECOND:.2f} s"
         raise kind(self._where, f"{self._name} wheel's turn", turned, expected)

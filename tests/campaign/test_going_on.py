@@ -1,11 +1,13 @@
 """Runs that go on to the end of their mission: which they are, and what is found there."""
 
 from collections.abc import Iterator
-from itertools import islice
+from itertools import islice, pairwise
 
 import pytest
 from firmware_boards.detective.mission import Mission as DetectiveMission
+from firmware_drivers.treads import Treads
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.findings import findings_of
@@ -80,3 +82,37 @@ def test_a_mission_that_ends_when_all_is_well_ends_after_a_fault_too(
     said = r"missed of body_compass: its mission has not ended, which it does after 34\.\d s"
     with pytest.raises(AssertionError, match=said):
         assert_sound("detective", [fault], for_s=30.0, goes_on=True)
+
+
+@pytest.mark.slow
+def test_a_count_that_is_not_reset_shows_by_a_fault_that_comes_again_and_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mission = Mission(board="detective", for_s=12.0)
+    space = space_of(mission)
+    numbers = {
+        (space[n].strikes[0].kind, space[n].strikes[0].device): n
+        for n in range(space.singles, len(space))
+    }
+    strikes = space[numbers["brown-out", "treads"]].strikes
+    assert len(strikes) > 5
+    assert min(after.at - before.at for before, after in pairwise(strikes)) >= 1.5 * SECOND
+    assert_sound("detective", strikes, for_s=12.0)
+    monkeypatch.setattr(Treads, "has_acted", lambda _treads: False)
+    row = alone(Trial(mission, strikes))
+    assert (row["outcome"], row["model"]) == ("unhealed", "treads")
+    (finding,) = findings_of([row], None)
+    assert finding.kind == "brown-out again and again"
+    assert 3 <= len(finding.faults) < len(strikes)
+    assert len(finding.lines) == 3
+
+
+@pytest.mark.slow
+def test_what_comes_again_and_again_is_spread_among_the_others_and_all_of_it_in_the_whole() -> None:
+    space = space_of(Mission(board="tachobot"))
+    series = range(space.singles, space.pairs_from)
+    assert len(series) > 20
+    chosen = list(in_courses(space, 400))
+    assert len(set(chosen)) == 400
+    assert len(set(chosen) & set(series)) == 400 // 33
+    assert set(series) <= set(in_courses(space))

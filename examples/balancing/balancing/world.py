@@ -53,6 +53,7 @@ class World:
         self._released_at = NEVER
         self._at = 0
         self._is_held = False
+        self._raised_by = 0
         self._was_put_back = False
 
     @property
@@ -63,11 +64,10 @@ class World:
     def advance(self, at: int) -> None:
         """Bring the world to `at`, in ns, with the drives held since the last call."""
         drives = self._drives()
-        if self._released_at == NEVER:
-            self._rise(at)
         if self._released_at == NEVER and any(map(self._lets_go, drives)):
             self._released_at = max(self._held, self._at + FEELS)
         since = max(self._at, min(self._released_at, at))
+        self._rise(min(since, self._raised_by))
         self._at = max(at, self._at)
         left_s = (self._at - since) / SECOND
         while left_s > 0.0 and not self.has_fallen and not self._is_held:
@@ -99,15 +99,17 @@ class World:
         to_start_rad = self.settings.start_pitch_rad - self.pitch_rad
         self.pitch_rate_rad_s = to_start_rad * SECOND / RAISED_IN
         self._acceleration = (0.0, 0.0)
-        self._held, self._released_at = self._at + RAISED_IN, NEVER
+        self._held, self._released_at = self._at, NEVER
+        self._raised_by = self._at + RAISED_IN
         self._was_put_back = True
 
-    def _rise(self, at: int) -> None:
-        """Turn it as the hand does that raises it."""
-        if self.pitch_rate_rad_s != 0.0 and at > self._at:
-            self.pitch_rad += self.pitch_rate_rad_s * (min(at, self._held) - self._at) / SECOND
-            if at >= self._held:
-                self.pitch_rate_rad_s = 0.0
+    def _rise(self, until: int) -> None:
+        """Turn it as the hand does that raises it, until it is there or let go of."""
+        if until <= self._at:
+            return
+        self.pitch_rad += self.pitch_rate_rad_s * (until - self._at) / SECOND
+        if until == self._raised_by:
+            self.pitch_rate_rad_s = 0.0
 
     def _lets_go(self, drive: Drive) -> bool:
         """Whether the hand feels a motor; one that lay there brakes."""

@@ -85,7 +85,7 @@ def _mission_of(rows: Sequence[Row]) -> Mission:
     """Return the mission of a table, with as many pairs as it has."""
     mission = trial_of_row(rows[0]).mission
     last = max(map(number_of, rows))
-    return replace(mission, pairs=max(0, last + 1 - space_of(mission).singles))
+    return replace(mission, pairs=max(0, last + 1 - space_of(mission).pairs_from))
 
 
 def number_of(row: Row) -> int:

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.hal.strike import KINDS, Kind, Strike
 
+_PAIR: Final = 2
 _FULL_ON: Final = "full-on"
 _AT_ONCE: Final = 50 * MILLISECOND
 _STEP: Final = 20 * MILLISECOND
@@ -28,9 +29,10 @@ class Failing(NamedTuple):
 
 
 class Cause:
-    """One fault, or two of a pair; `driving` has the chips that drive, by themselves and by line.
+    """One fault, two of a pair, or one that comes again.
 
-    `bears_push` is the greatest push that does the robot no harm.
+    `driving` has the chips that drive, by themselves and by line; `bears_push` is the greatest push
+    that does the robot no harm.
     """
 
     def __init__(
@@ -79,7 +81,10 @@ class Cause:
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
         self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
         self.is_of_readings = all(kind.of in {"I2C", "sensor"} for kind in kinds)
-        self.is_over_at_once = self.end - self.at <= _AT_ONCE
+        are_over_at_once = all(each.span <= _AT_ONCE for each in strikes)
+        comes_again = len(strikes) > _PAIR
+        self.is_over_at_once = are_over_at_once and (comes_again or self.end - self.at <= _AT_ONCE)
+        """Whether all of it is, or each time that it comes again."""
 
 
 def end_of(at: int, span: int) -> int:

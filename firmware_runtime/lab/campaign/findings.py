@@ -241,9 +241,12 @@ def _length(row: Row) -> tuple[int, int, float]:
 
 
 def _fewer(trial: Trial) -> Iterator[Trial]:
-    """Yield the trial with one of its faults alone."""
-    if len(trial.strikes) > 1:
-        yield from (replace(trial, strikes=(each,)) for each in trial.strikes)
+    """Yield the trial with one of its faults alone, the first or the last, then with more."""
+    strikes = trial.strikes
+    if len(strikes) > 1:
+        yield from (replace(trial, strikes=(each,)) for each in (strikes[0], strikes[-1]))
+    for count in range(3, len(strikes)):
+        yield replace(trial, strikes=strikes[:count])
 
 
 def _shorter(trial: Trial) -> Iterator[Trial]:

@@ -15,12 +15,9 @@ from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.recovery import Recovery
-from firmware_runtime.lab.campaign.space import Space
+from firmware_runtime.lab.campaign.space import Space, others_per_mission
 from firmware_runtime.lab.campaign.watched import Lasting, Look, Watched
 
-_RUNS_PER_SECOND: Final = 2
-"""For each second that a run goes on so many do not, but for those of people, whom a robot meets
-every day: they take a fifth of a campaign's time."""
 _FOUND_AFTER: Final = SECOND
 """How long one that cannot go on is left alone, its faults being over."""
 _TIMES: Final = 2
@@ -30,9 +27,10 @@ _TIMES: Final = 2
 def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
     """Return the numbers of those that go on: a pure function of what is chosen, in its order.
 
-    The first one of each kind of each device that is over in the first half of the mission.
+    The first one of each kind of each device that is over in the first half of the mission; those
+    of people, whom a robot meets every day, at once, and others now and then.
     """
-    one_in = _RUNS_PER_SECOND * space.found.until // SECOND
+    others = others_per_mission(space.found)
     mission = seconds(space.found.mission.for_s)
     tried: set[tuple[str, str]] = set()
     found: set[int] = set()
@@ -43,7 +41,7 @@ def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
         fault = strike.kind, strike.device
         if fault in tried or not _may_go_on(strike, mission):
             continue
-        if KINDS[strike.kind].of == "people" or len(found) * one_in <= count:
+        if KINDS[strike.kind].of == "people" or len(found) * others <= count:
             tried.add(fault)
             found.add(number)
     return frozenset(found)

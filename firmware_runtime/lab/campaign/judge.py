@@ -186,7 +186,7 @@ class Judge:
 
     def _is_aside(self, look: Look) -> bool:
         """Whether it is driven, and is not where a healthy one is, though it could be off."""
-        if not (self._cause.is_failure and self._watched.is_driven_beside(self._cause.holds)):
+        if not (look.is_on and self._cause.is_failure) or self._cause.holds:
             return False
         return self._healthy.envelope.outside(look) is not None
 
@@ -395,9 +395,12 @@ class Judge:
 
 
 def _driving(watched: Watched, healthy: Healthy) -> dict[str, list[str]]:
-    """Return the chips that drive: each by itself, and those on a line by its name."""
+    """Return the chips that drive: each by itself, and those on a line by its name.
+
+    Outputs by another name than a device's may be of any chip.
+    """
     chips, line_of = list(watched.asked.outputs), {each.name: each.line for each in healthy.places}
-    found = {chip: [chip] for chip in chips}
+    found = {chip: [chip, *(each for each in chips if each not in line_of)] for chip in chips}
     for line in watched.lines:
         found[line] = [chip for chip in chips if line_of.get(chip, line) == line]
     return found

@@ -1,4 +1,4 @@
-"""The space of a campaign: every single fault at every use of the lines of a mission, and pairs.
+"""The space of a campaign: every single fault at every use of the lines of a mission, and more.
 
 A fault of a device strikes with a transaction of that device: one that is made between two of them
 strikes the second one, and is the same run. So the space has each fault once for each use in which
@@ -7,24 +7,28 @@ Kinds that hold up a whole bus are tried on the bus, too; a push, a stall and be
 use of the first line. A kind that has a number, such as which bit, has one that is spread evenly
 over its uses, whatever their rhythm, and so is the way of a push.
 
+A small fault that heals may come again and again, each time that it has: a count that is not reset,
+or a budget that is used up, shows by that alone. Each such fault is in the space once.
+
 Pairs are a sample: the first ones of any size are spread evenly over what the first fault is, and
 over the faults within a second after it.
 """
 
 from array import array
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from hashlib import blake2b
 from itertools import accumulate, islice
-from typing import Final, NamedTuple, overload
+from typing import Final, NamedTuple, TypeAlias, overload
 
 from msgspec import Struct
 
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kind, Place, Strike
 from firmware_runtime.lab.campaign.healthy import Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.watched import EVERY
 
 _FOR_A_WHILE_S: Final = 1.0
 _DISARMED_S: Final = 3.0
@@ -37,10 +41,21 @@ _SECOND: Final = 0xC13FA9A902A6328F
 _NUMBER_BYTES: Final = 2
 """Of the number of a bit, a byte or an output; there are fewer in what is read at once."""
 PAIRED_WITHIN: Final = SECOND
+_LEAST_AGAIN: Final = 3
+_MOST_AGAIN: Final = 12
+"""How often a fault comes that does so again and again."""
+_BETWEEN: Final = 500 * MILLISECOND
+"""Beside what its rig says that it takes to heal."""
+_RUNS_PER_SECOND: Final = 2
+"""A run of a whole mission takes as long as so many others for each of its seconds, and more: such
+ones take a fifth of a campaign's time."""
+
+
+_Key: TypeAlias = tuple[str, int | None, bool, bool]
 
 
 class Case(Struct, frozen=True):
-    """One fault of the space, or a pair, and the last look before the step that it strikes in."""
+    """One fault of the space, or more, and the last look before the step that it strikes in."""
 
     strikes: tuple[Strike, ...]
     before: int
@@ -60,15 +75,20 @@ class Space(Sequence[Case]):
     def __init__(self, found: Healthy) -> None:
         self.found = found
         self._first_line = found.uses[0].line if found.uses else ""
-        self._by_use: dict[tuple[str, int | None, bool, bool], tuple[Form, ...]] = {}
+        self._by_use: dict[_Key, tuple[Form, ...]] = {}
         counts = (len(self._forms_at(each)) for each in found.uses)
         self._ends = list(accumulate(counts))
         self._use_times = [each.use.at for each in found.uses]
         self.singles = self._ends[-1] if self._ends else 0
-        """Its faults that strike alone come first; the rest are pairs."""
+        """Its faults that strike alone come first; then those that come again, then pairs."""
 
     def __len__(self) -> int:
-        return self.singles + (self.found.mission.pairs if self.singles > 1 else 0)
+        return self.pairs_from + (self.found.mission.pairs if self.singles > 1 else 0)
+
+    @property
+    def pairs_from(self) -> int:
+        """The number of the first pair."""
+        return self.singles + len(self._series)
 
     @overload
     def __getitem__(self, number: int) -> Case: ...
@@ -79,15 +99,50 @@ class Space(Sequence[Case]):
             return [self[each] for each in range(*number.indices(len(self)))]
         if not 0 <= number < len(self):
             raise IndexError(number)
+        if number >= self.pairs_from:
+            return self._pair(number - self.pairs_from)
         if number >= self.singles:
-            return self._pair(number - self.singles)
+            return self._series[number - self.singles]
         place = bisect_right(self._ends, number)
         use = self.found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
-        amount = self._amount(form.kind, place)
-        at_s = use.use.at / SECOND
-        strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
-        return Case((strike,), use.before)
+        return Case((self._strike(form, place),), use.before)
+
+    def _strike(self, form: Form, place: int) -> Strike:
+        """Return the fault of a form at the use with this number."""
+        at_s, amount = self._use_times[place] / SECOND, self._amount(form.kind, place)
+        return Strike(form.kind.name, form.device, at_s, form.for_s, amount)
+
+    @cached_property
+    def _series(self) -> Sequence[Case]:
+        """Small faults that come again and again."""
+        uses, by_key = self.found.uses, dict[_Key, list[int]]()
+        for place, use in enumerate(uses):
+            by_key.setdefault(_key(use), []).append(place)
+        shown: dict[Form, list[list[int]]] = {}
+        for places in by_key.values():
+            for form in filter(_is_small, self._forms_at(uses[places[0]])):
+                shown.setdefault(form, []).append(places)
+        return [
+            Case(tuple(self._strike(form, place) for place in places), uses[places[0]].before)
+            for form, at in shown.items()
+            if len(places := self._again(at)) >= _LEAST_AGAIN
+        ]
+
+    def _again(self, shown: Sequence[Sequence[int]]) -> list[int]:
+        """Return uses after outputs are first on, each after the one before has healed."""
+        found: list[int] = []
+        on_at = self.found.on.index(True) * EVERY if True in self.found.on else 0
+        between = self.found.stated.healed + _BETWEEN
+        while len(found) < _MOST_AGAIN:
+            at = self._use_times[found[-1]] + between if found else on_at
+            begin = bisect_left(self._use_times, at)
+            left = (places[bisect_left(places, begin) :][:1] for places in shown)
+            following = [place for first in left for place in first]
+            if not following:
+                break
+            found.append(min(following))
+        return found
 
     def _amount(self, kind: Kind, use: int) -> float | None:
         """Return the amount of a kind at the use with this number; None is the kind's own.
@@ -118,7 +173,7 @@ class Space(Sequence[Case]):
     def alike(self, number: int) -> range:
         """Return the numbers of the cases that differ in nothing but how long their fault lasts.
 
-        A pair is alike to none.
+        One of several faults is alike to none.
         """
         if number >= self.singles:
             return range(number, number + 1)
@@ -149,7 +204,7 @@ class Space(Sequence[Case]):
         return list(found.values())
 
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
-        key = (use.line, use.use.address, use.use.reads, use.use.writes)
+        key = _key(use)
         if key not in self._by_use:
             without = {*self.found.mission.without, *self.found.stated.unknowable}
             self._by_use[key] = tuple(
@@ -199,20 +254,36 @@ def spread(size: int, begin: int = 0) -> Iterator[int]:
 
 
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
-    """Yield all numbers of a space, spread evenly, `most` single faults and all pairs.
+    """Yield all numbers of a space, spread evenly, `most` faults and all pairs.
 
     Each kind of each device has as many as any other, as far as it has so many: a sensor that is
     read often would leave next to none to a motor. Those of one are spread evenly over its
     transactions. Cases that are alike come together.
     """
-    count = space.singles if most is None else min(most, space.singles)
-    pairs = len(space) - space.singles
+    count = space.pairs_from if most is None else min(most, space.pairs_from)
+    pairs = len(space) - space.pairs_from
     done = 0
-    for index, number in enumerate(islice(_courses(space), count), 1):
+    for index, number in enumerate(islice(_with_series(space), count), 1):
         yield number
         while done < pairs * index // count:
-            yield space.singles + done
+            yield space.pairs_from + done
             done += 1
+
+
+def others_per_mission(found: Healthy) -> int:
+    """Return how many other runs there are for one of a whole mission."""
+    return _RUNS_PER_SECOND * found.until // SECOND
+
+
+def _with_series(space: Space) -> Iterator[int]:
+    """Yield single faults, and now and then one that comes again and again."""
+    others = others_per_mission(space.found)
+    series = (space.singles + number for number in spread(space.pairs_from - space.singles))
+    for index, number in enumerate(_courses(space), 1):
+        yield number
+        if index % others == 0:
+            yield from islice(series, 1)
+    yield from series
 
 
 def _courses(space: Space) -> Iterator[int]:
@@ -252,6 +323,16 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
     if place.address != use.use.address:
         return ()
     return [kind for kind in kinds if use.use.shows(kind)]
+
+
+def _key(use: UseOfLine) -> _Key:
+    """Return what is equal for uses in which the same faults show."""
+    return use.line, use.use.address, use.use.reads, use.use.writes
+
+
+def _is_small(form: Form) -> bool:
+    """Return whether a fault is over at once, and moves no robot."""
+    return form.for_s == 0.0 or (form.kind.is_moment and form.kind.of != "world")
 
 
 def spans_of(kind: Kind) -> tuple[float | None, ...]:

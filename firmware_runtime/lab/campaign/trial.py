@@ -32,6 +32,7 @@ from firmware_runtime.lab.sweeps.row import Cell, Row, release
 from firmware_runtime.runs.open_board import OpenBoard
 
 LOST: Final = "lost"
+_PAIR: Final = 2
 
 
 class Trial(Struct, frozen=True):
@@ -39,14 +40,15 @@ class Trial(Struct, frozen=True):
 
     mission: Mission
     strikes: tuple[Strike, ...]
-    """One, or two of a pair, in order of time."""
+    """One, two of a pair, or one that comes again and again, in order of time."""
     goes_on: bool = False
     """Whether its run goes on to the end of the mission, which has to be fulfilled."""
 
     @property
     def kinds(self) -> str:
-        """Return the kinds of its faults, as `nack` or `nack + push`."""
-        return " + ".join(each.kind for each in self.strikes)
+        """Return the kinds of its faults, as `nack`, `nack + push` or `nack again and again`."""
+        first, *_ = kinds = [each.kind for each in self.strikes]
+        return f"{first} again and again" if len(kinds) > _PAIR else " + ".join(kinds)
 
     def row(self, number: int, verdict: Verdict) -> Row:
         """Return the row of a verdict."""
