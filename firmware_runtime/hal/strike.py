@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import LONGEST_S, NEVER, seconds
 from firmware_runtime.errors import expected_one_of
@@ -169,6 +170,10 @@ class Strike(Struct, tag="strike", array_like=True, frozen=True):
     def at(self) -> int:
         """Ns from the start of the run, or from now."""
         return seconds(self.at_s)
+
+    def again(self, times: int, every_s: float) -> "tuple[Strike, ...]":
+        """Return it so many times, one every so many seconds."""
+        return tuple(replace(self, at_s=self.at_s + count * every_s) for count in range(times))
 
     def fault(self) -> str | None:
         """Return a sentence about what cannot be in it; None where it is sound."""

@@ -7,6 +7,7 @@ from msgspec import Struct
 
 from firmware_runtime.hal.strike import Strike
 
+_PAIR: Final = 2
 _TEST: Final = '''"""{title}
 
 {about}
@@ -40,7 +41,7 @@ class FaultTest(Struct, frozen=True, kw_only=True):
             title=self.title,
             about=self.about,
             imported=self.imported,
-            faults="\n".join(f"    {source_of(each)}," for each in self.faults),
+            faults="\n".join(f"    {each}," for each in sources_of(self.faults)),
             name=self.name if self.name.startswith("test_") else f"test_{self.name}",
             body="\n".join(f"    {each}" if each else "" for each in self.body),
         )
@@ -57,6 +58,16 @@ def source_of(strike: Strike) -> str:
     if strike.amount is not None:
         words.append(f"amount={strike.amount!r}")
     return f"Strike({', '.join(words)})"
+
+
+def sources_of(strikes: Sequence[Strike]) -> list[str]:
+    """Return faults as a list in Python has them; one that comes again and again is one."""
+    if len(strikes) > _PAIR:
+        first, second, *_ = strikes
+        every_s = round(second.at_s - first.at_s, 9)
+        if tuple(strikes) == first.again(len(strikes), every_s):
+            return [f"*{source_of(first)}.again({len(strikes)}, every_s={every_s!r})"]
+    return [source_of(each) for each in strikes]
 
 
 def set_source(settings: Mapping[str, object]) -> str:

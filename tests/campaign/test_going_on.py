@@ -1,21 +1,21 @@
 """Runs that go on to the end of their mission: which they are, and what is found there."""
 
 from collections.abc import Iterator
-from itertools import islice, pairwise
+from itertools import islice
 
 import pytest
 from firmware_boards.detective.mission import Mission as DetectiveMission
 from firmware_drivers.treads import Treads
 
-from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.again import assert_sound
-from firmware_runtime.lab.campaign.findings import findings_of
+from firmware_runtime.lab.campaign.findings import findings_of, text_of_test
 from firmware_runtime.lab.campaign.going_on import going_on
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import in_courses, space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
+from firmware_runtime.runs.fault_test import sources_of
 from sim_doubles.rigs.tachobot import TachobotRig
 
 MISSION = Mission(board="tachobot", for_s=3.0)
@@ -96,7 +96,7 @@ def test_a_count_that_is_not_reset_shows_by_a_fault_that_comes_again_and_again(
     }
     strikes = space[numbers["brown-out", "treads"]].strikes
     assert len(strikes) > 5
-    assert min(after.at - before.at for before, after in pairwise(strikes)) >= 1.5 * SECOND
+    assert strikes == strikes[0].again(len(strikes), every_s=1.5)
     assert_sound("detective", strikes, for_s=12.0)
     monkeypatch.setattr(Treads, "has_acted", lambda _treads: False)
     row = alone(Trial(mission, strikes))
@@ -104,6 +104,10 @@ def test_a_count_that_is_not_reset_shows_by_a_fault_that_comes_again_and_again(
     (finding,) = findings_of([row], None)
     assert finding.kind == "brown-out again and again"
     assert 3 <= len(finding.faults) < len(strikes)
+    (script,) = sources_of(finding.faults)
+    assert script.startswith('*Strike("brown-out", "treads", at_s=0.5')
+    assert script.endswith(f".again({len(finding.faults)}, every_s=1.5)")
+    assert f"    {script},\n]" in text_of_test(finding, "test_it")
     assert len(finding.lines) == 3
 
 

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
-from firmware_runtime.runs.fault_test import quoted, source_of
+from firmware_runtime.runs.fault_test import quoted, source_of, sources_of
 from firmware_runtime.runs.open_board import OpenBoard
 from sim_doubles.commands.faults_as_test import Script, script_of, text_of_test, what_is_noticed
 from sim_doubles.testing.broken import assert_ends_off, assert_noticed, noticed
@@ -150,6 +150,17 @@ def test_instants_are_those_of_the_run_and_what_was_before_it_is_left_out() -> N
     ]
     assert script.for_s == 4.0
     assert source_of(script.faults[1]) == 'Strike("nack", "imu", at_s=1.0, for_s=0.0)'
+
+
+def test_a_fault_that_comes_again_and_again_is_one_line_of_a_script() -> None:
+    nack, push = Strike("nack", "imu", at_s=0.7, for_s=0.0), Strike("push", at_s=1.0)
+    again = nack.again(3, every_s=1.1)
+    assert [each.at_s for each in again] == pytest.approx([0.7, 1.8, 2.9])
+    (script,) = sources_of(again)
+    assert script == f"*{source_of(nack)}.again(3, every_s=1.1)"
+    assert eval(f"[{script}]", {"Strike": Strike}) == [*again]  # noqa: S307 -- what was written
+    for others in ([], [nack], [nack, push], [*again, push], [nack, nack, nack.again(2, 1.0)[1]]):
+        assert sources_of(others) == [source_of(each) for each in others]
 
 
 def test_a_name_with_quotes_is_a_text_of_python() -> None:

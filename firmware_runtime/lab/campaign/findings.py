@@ -25,7 +25,7 @@ from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
 from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.lab.sweeps.row import Row
-from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source, source_of
+from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source, sources_of
 from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
@@ -82,7 +82,7 @@ class Finding(Struct, frozen=True, kw_only=True):
     def lines(self) -> list[str]:
         """It in words: what, by which fault, and where it is kept."""
         alike = "" if self.count == 1 else f" ({self.count} runs alike)"
-        script = ", ".join(source_of(each) for each in self.faults) or "no fault"
+        script = ", ".join(sources_of(self.faults)) or "no fault"
         chosen = " ".join(["on", *self.mission.words])
         row = f"row {self.row}" if self.faults else "no row"
         kept = f"kept as {self.test}" if self.test else row
@@ -101,7 +101,7 @@ class Finding(Struct, frozen=True, kw_only=True):
             "kind": self.kind,
             "what": self.what,
             "at_s": self.at_s,
-            "faults": [source_of(each) for each in self.faults],
+            "faults": sources_of(self.faults),
             "set": list(self.mission.assignments),
             "row": self.row,
             "count": self.count,

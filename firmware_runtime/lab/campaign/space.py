@@ -26,7 +26,7 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kind, Place, Strike
-from firmware_runtime.lab.campaign.healthy import Healthy, UseOfLine, healthy
+from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.watched import EVERY
 
@@ -123,26 +123,21 @@ class Space(Sequence[Case]):
         for places in by_key.values():
             for form in filter(_is_small, self._forms_at(uses[places[0]])):
                 shown.setdefault(form, []).append(places)
-        return [
-            Case(tuple(self._strike(form, place) for place in places), uses[places[0]].before)
-            for form, at in shown.items()
-            if len(places := self._again(at)) >= _LEAST_AGAIN
-        ]
+        series = (self._again(form, at) for form, at in shown.items())
+        return [case for case in series if len(case.strikes) >= _LEAST_AGAIN]
 
-    def _again(self, shown: Sequence[Sequence[int]]) -> list[int]:
-        """Return uses after outputs are first on, each after the one before has healed."""
-        found: list[int] = []
+    def _again(self, form: Form, shown: Sequence[Sequence[int]]) -> Case:
+        """Return a fault each time that the one before has healed, from when outputs are on."""
         on_at = self.found.on.index(True) * EVERY if True in self.found.on else 0
-        between = self.found.stated.healed + _BETWEEN
-        while len(found) < _MOST_AGAIN:
-            at = self._use_times[found[-1]] + between if found else on_at
-            begin = bisect_left(self._use_times, at)
-            left = (places[bisect_left(places, begin) :][:1] for places in shown)
-            following = [place for first in left for place in first]
-            if not following:
-                break
-            found.append(min(following))
-        return found
+        begin = bisect_left(self._use_times, on_at)
+        first = [place for places in shown for place in places[bisect_left(places, begin) :][:1]]
+        if not first:
+            return Case((), AT_START)
+        strike = self._strike(form, min(first))
+        every_s = (self.found.stated.healed + _BETWEEN) / SECOND
+        times = 1 + int((self.found.mission.for_s - strike.at_s) / every_s)
+        before = self.found.uses[min(first)].before
+        return Case(strike.again(min(times, _MOST_AGAIN), every_s), before)
 
     def _amount(self, kind: Kind, use: int) -> float | None:
         """Return the amount of a kind at the use with this number; None is the kind's own.
@@ -276,9 +271,13 @@ def others_per_mission(found: Healthy) -> int:
 
 
 def _with_series(space: Space) -> Iterator[int]:
-    """Yield single faults, and now and then one that comes again and again."""
+    """Yield single faults, and now and then one that comes again and again.
+
+    Failures come first: they are counted.
+    """
     others = others_per_mission(space.found)
-    series = (space.singles + number for number in spread(space.pairs_from - space.singles))
+    evenly = (space.singles + number for number in spread(space.pairs_from - space.singles))
+    series = iter(sorted(evenly, key=lambda number: not _leaves_no_doubt(space[number])))
     for index, number in enumerate(_courses(space), 1):
         yield number
         if index % others == 0:
@@ -328,6 +327,12 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
 def _key(use: UseOfLine) -> _Key:
     """Return what is equal for uses in which the same faults show."""
     return use.line, use.use.address, use.use.reads, use.use.writes
+
+
+def _leaves_no_doubt(case: Case) -> bool:
+    """Return whether it is a failure, and no lie."""
+    kind = KINDS[case.strikes[0].kind]
+    return kind.fails or kind.of == "chip"
 
 
 def _is_small(form: Form) -> bool:
