@@ -52,10 +52,10 @@ def _may_go_on(strike: Strike, mission: int) -> bool:
 
 
 class Fulfilment:
-    """Asks a robot at the end of its mission for what it is for; at once, where it is not to go on.
+    """Asks a robot whose run goes on for what it is for, at the end of its mission.
 
-    `until` is that end, ns: it has as long as healthy ones, and a mission that ends by itself twice
-    as long and more, after the fault.
+    `until` is that end, ns, and 0 where the run need not go on. A robot has as long as healthy
+    ones; for a mission that ends by itself twice as long, and more after the fault.
     """
 
     def __init__(
