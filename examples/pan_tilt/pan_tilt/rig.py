@@ -83,9 +83,7 @@ class PanTiltRig(BoardRig):
         self.catch_up()
         probe = self._probe
         pan_rad = self.pan.angle_rad(self.now())
-        tilt_rad = self.tilt.angle_rad(self.now())
-        looks = {probe.pan_rad.path: pan_rad, "tilt_rad": tilt_rad}
-        return {probe.error_rad.path: self._error_rad(), **looks}
+        return {probe.error_rad.path: self._error_rad(), probe.pan_rad.path: pan_rad}
 
     def missed(self) -> str | None:
         """Return that it looks beside its light, or trembles, after a sweep's time to find it."""
