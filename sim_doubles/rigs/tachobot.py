@@ -90,13 +90,15 @@ class TachobotRig(BoardRig):
 
     @property
     def borne(self) -> Mapping[str, float]:
-        """Where it hovers, in m, m/s, rad and rad/s: what one propeller of eight pushes it aside.
+        """In m, m/s, rad and rad/s: what a gyro turns it whose compass does not contradict it yet.
 
-        Nothing but that pushes there, not even friction, and the others hold it. What turns it
-        further its movement contradicts; nothing on board measures where it is.
+        Half a radian of that is believed (`heading_check`), as a bias within its data sheet makes
+        a third of it. Where it hovers, also what one propeller of eight pushes it aside: nothing
+        else pushes there, not even friction, and the others hold it. What turns it further its
+        movement contradicts; nothing on board measures where it is.
         """
         if self._settings.esc_in_use is None:
-            return {}
+            return {self._probe.yaw_rad.path: 0.35}
         moves = {f"tachobot.world.{axis}.{part}": 0.2 for axis in "xy" for part in (0, 1)}
         yaw = {self._probe.yaw_rad.path: 0.35, self._probe.yaw_rate_rad_s.path: 0.35}
         return {**moves, **yaw}

@@ -47,8 +47,8 @@ _MOST_AGAIN: Final = 12
 _BETWEEN: Final = 500 * MILLISECOND
 """Beside what its rig says that it takes to heal."""
 _RUNS_PER_SECOND: Final = 2
-"""A run of a whole mission takes as long as so many others for each of its seconds, and more: such
-ones take a fifth of a campaign's time."""
+"""For one run of a whole mission so many others come for each of its seconds. Those that go on, and
+faults again and again, take about a quarter of a campaign's time until each has been tried."""
 
 
 _Key: TypeAlias = tuple[str, int | None, bool, bool]
