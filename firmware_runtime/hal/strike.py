@@ -10,7 +10,7 @@ by the names of a board.
 """
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from msgspec import Struct
@@ -25,6 +25,7 @@ port, a chip, what a chip drives, the robot's computer, who commands it, the wor
 OF_NO_DEVICE: Final = frozenset({"machine", "people", "world"})
 """Those that have no device by a name."""
 
+_PAIR: Final = 2
 HOLD_UP_A_LINE: Final = ("stuck", "arbitration", "fault", "slow")
 """Kinds that keep all of a bus from going on, whichever of its chips they are made at."""
 
@@ -49,6 +50,11 @@ class Kind(Struct, array_like=True, frozen=True):
     """Whether each transaction that it strikes ends in an error, as its driver sees it."""
     is_numbered: bool = False
     """Whether its amount is the number of a bit, a byte or a measured word, counted round."""
+
+    @property
+    def leaves_no_doubt(self) -> bool:
+        """Return whether what it strikes has failed, and tells no lie."""
+        return self.fails or self.of == "chip"
 
     @property
     def can_be_once(self) -> bool:
@@ -213,6 +219,18 @@ def _amount_fault(kind: Kind, amount: float | None) -> str | None:
 
 def _is_span(value: float) -> bool:
     return 0 <= value <= LONGEST_S
+
+
+def interval_of(strikes: Sequence[Strike]) -> float | None:
+    """Return every how many seconds one fault comes again in a script; None where it is none such.
+
+    Three times it has to, at least: two faults are a pair.
+    """
+    if len(strikes) <= _PAIR:
+        return None
+    first, second, *_ = strikes
+    every_s = round(second.at_s - first.at_s, 9)
+    return every_s if tuple(strikes) == first.again(len(strikes), every_s) else None
 
 
 class Place(Struct, array_like=True, frozen=True):

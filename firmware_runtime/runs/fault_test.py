@@ -5,9 +5,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.strike import Strike, interval_of
 
-_PAIR: Final = 2
 _TEST: Final = '''"""{title}
 
 {about}
@@ -62,11 +61,8 @@ def source_of(strike: Strike) -> str:
 
 def sources_of(strikes: Sequence[Strike]) -> list[str]:
     """Return faults as a list in Python has them; one that comes again and again is one."""
-    if len(strikes) > _PAIR:
-        first, second, *_ = strikes
-        every_s = round(second.at_s - first.at_s, 9)
-        if tuple(strikes) == first.again(len(strikes), every_s):
-            return [f"*{source_of(first)}.again({len(strikes)}, every_s={every_s!r})"]
+    if (every_s := interval_of(strikes)) is not None:
+        return [f"*{source_of(strikes[0])}.again({len(strikes)}, every_s={every_s!r})"]
     return [source_of(each) for each in strikes]
 
 

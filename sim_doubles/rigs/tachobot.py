@@ -97,11 +97,11 @@ class TachobotRig(BoardRig):
         else pushes there, not even friction, and the others hold it. What turns it further its
         movement contradicts; nothing on board measures where it is.
         """
+        turns = {self._probe.yaw_rad.path: 0.35}
         if self._settings.esc_in_use is None:
-            return {self._probe.yaw_rad.path: 0.35}
+            return turns
         moves = {f"tachobot.world.{axis}.{part}": 0.2 for axis in "xy" for part in (0, 1)}
-        yaw = {self._probe.yaw_rad.path: 0.35, self._probe.yaw_rate_rad_s.path: 0.35}
-        return {**moves, **yaw}
+        return {**moves, **turns, self._probe.yaw_rate_rad_s.path: 0.35}
 
     @property
     def healed_within_s(self) -> float:

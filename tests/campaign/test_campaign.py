@@ -23,11 +23,13 @@ from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
+from firmware_runtime.lab.campaign.courses import in_courses
+from firmware_runtime.lab.campaign.evenly import spread
 from firmware_runtime.lab.campaign.findings import findings_of
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.kept_findings import rerun_findings
 from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
+from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, trial_of
 from firmware_runtime.lab.campaign.verdict import Verdict
 from firmware_runtime.lab.sweeps.partial import partial_of

@@ -1,6 +1,5 @@
 """Runs that go on to the end of their mission: which they are, and what is found there."""
 
-from collections.abc import Iterator
 from itertools import islice
 
 import pytest
@@ -9,25 +8,18 @@ from firmware_drivers.treads import Treads
 
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.again import assert_sound
+from firmware_runtime.lab.campaign.courses import in_courses
 from firmware_runtime.lab.campaign.findings import findings_of, text_of_test
 from firmware_runtime.lab.campaign.going_on import going_on
-from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.space import in_courses, space_of
+from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
 from firmware_runtime.runs.fault_test import sources_of
 from sim_doubles.rigs.tachobot import TachobotRig
 
+pytestmark = pytest.mark.usefixtures("anew")
 MISSION = Mission(board="tachobot", for_s=3.0)
 SILENCE = Strike("nack", "imu", at_s=1.2, for_s=0.2)
-
-
-@pytest.fixture(autouse=True)
-def _anew() -> Iterator[None]:
-    """Run healthy missions of each test by itself: some have a mistake of their own."""
-    healthy.cache_clear()
-    yield
-    healthy.cache_clear()
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 """What the judge of a campaign finds: a mistake each in TachoBot or its rig, and what is sound."""
 
-from collections.abc import Iterator
 from functools import partial
 from itertools import count
 from math import inf, nan
@@ -41,18 +40,8 @@ from firmware_runtime.models.pid import Pid
 from sim_doubles.rigs.detective import DetectiveRig
 from sim_doubles.rigs.tachobot import TachobotRig
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("anew")]
 SILENT_IMU = Strike("nack", "imu", at_s=2.0, for_s=0.2)
-
-
-@pytest.fixture(autouse=True)
-def _anew() -> Iterator[None]:
-    """Run healthy missions of each test by itself: each has a mistake of its own."""
-    healthy.cache_clear()
-    space_of.cache_clear()
-    yield
-    healthy.cache_clear()
-    space_of.cache_clear()
 
 
 def found_without_fault(for_s: float) -> str:

@@ -95,10 +95,10 @@ class World:
 
     def put_back(self) -> None:
         """Raise it in RAISED_IN where it began, and hold it until a motor pushes."""
-        self.place_m = self.speed_m_s = 0.0
+        self.hold(is_held=False)
+        self.place_m = 0.0
         to_start_rad = self.settings.start_pitch_rad - self.pitch_rad
         self.pitch_rate_rad_s = to_start_rad * SECOND / RAISED_IN
-        self._acceleration = (0.0, 0.0)
         self._held, self._released_at = self._at, NEVER
         self._raised_by = self._at + RAISED_IN
         self._was_put_back = True

@@ -106,16 +106,13 @@ class Asked:
         """Return what its robot should have done by now and has not; None for nothing."""
         return self._sentence("missed", self._missed)
 
-    @property
-    def can_be_restored(self) -> bool:
-        """Whether its robot can be put back where it began."""
-        return self._restore is not None
-
-    def restore(self) -> None:
-        """Put its robot back where it began, as somebody does who finds it."""
-        assert self._restore is not None  # noqa: S101 -- can_be_restored
+    def restore(self) -> bool:
+        """Put its robot back where it began, as somebody does who finds it; False if it cannot."""
+        if self._restore is None:
+            return False
         with blamed_on_rig(self._board, "restore"):
             self._restore()
+        return True
 
     @property
     def notes(self) -> list[str]:

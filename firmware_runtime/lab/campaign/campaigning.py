@@ -22,6 +22,7 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.again import number_of, trial_of_row
 from firmware_runtime.lab.campaign.asked import Oracle
+from firmware_runtime.lab.campaign.courses import in_courses
 from firmware_runtime.lab.campaign.findings import (
     Finding,
     as_in_rows,
@@ -40,7 +41,7 @@ from firmware_runtime.lab.campaign.kept_findings import (
 )
 from firmware_runtime.lab.campaign.mission import Mission, span_faults
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
-from firmware_runtime.lab.campaign.space import in_courses, space_of
+from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
 from firmware_runtime.lab.campaign.trial import alone, trial_of
 from firmware_runtime.lab.campaign.verdict import OF_TRUTH

@@ -4,9 +4,8 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
-from firmware_runtime.hal.strike import KINDS, Kind, Strike
+from firmware_runtime.hal.strike import KINDS, Kind, Strike, interval_of
 
-_PAIR: Final = 2
 _FULL_ON: Final = "full-on"
 _AT_ONCE: Final = 50 * MILLISECOND
 _STEP: Final = 20 * MILLISECOND
@@ -42,8 +41,8 @@ class Cause:
         bears_push: float = 0.0,
     ) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
-        self.devices = {each.device for each in strikes if each.device}
-        self.device = next((each.device for each in strikes if each.device), "world")
+        self.devices = [each.device for each in strikes if each.device]
+        self.device = next(iter(self.devices), "world")
         self.at = min(each.at for each in strikes)
         self.said_from = self.at - _STEP
         """Since when a report is of it."""
@@ -79,10 +78,10 @@ class Cause:
         """Whether it is a push that the robot bears."""
         self.may_rest = (self.is_of_world or self.turns_it) and not self.is_borne
         """Whether it has moved the robot, so that this may be off for as long as it says why."""
-        self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
+        self.leaves_no_doubt = all(kind.leaves_no_doubt for kind in kinds)
         self.is_of_readings = all(kind.of in {"I2C", "sensor"} for kind in kinds)
         are_over_at_once = all(each.span <= _AT_ONCE for each in strikes)
-        comes_again = len(strikes) > _PAIR
+        comes_again = interval_of(strikes) is not None
         self.is_over_at_once = are_over_at_once and (comes_again or self.end - self.at <= _AT_ONCE)
         """Whether all of it is, or each time that it comes again."""
 

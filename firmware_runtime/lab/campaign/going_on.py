@@ -13,9 +13,10 @@ from typing import Final
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.courses import others_per_mission
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.recovery import Recovery
-from firmware_runtime.lab.campaign.space import Space, others_per_mission
+from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.campaign.watched import Lasting, Look, Watched
 
 _FOUND_AFTER: Final = SECOND
@@ -107,8 +108,7 @@ class Fulfilment:
             return "missed", f"it was put back {since:.2g} s ago, and {lost}"
         is_left = self._lost_for.span(look.at, is_so=look.at > self._over_at) >= _FOUND_AFTER
         is_time = look.at + self._recovered_within + _FOUND_AFTER <= self.until
-        if is_left and is_time and self._watched.asked.can_be_restored:
-            self._watched.asked.restore()
+        if is_left and is_time and self._watched.asked.restore():
             self._put_back_at = look.at
             self._asked_from = look.at + self._recovered_within
             self._recovery.begin_anew(look.at)

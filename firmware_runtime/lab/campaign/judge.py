@@ -345,7 +345,7 @@ class Judge:
         stated = self._healthy.stated
         if self._cause.leaves_no_doubt:
             return stated.healed_within_s is not None
-        return self._cause.is_of_readings and self._cause.devices <= {*stated.bears_reading_of}
+        return self._cause.is_of_readings and {*self._cause.devices} <= {*stated.bears_reading_of}
 
     def closed(self) -> Verdict:
         """End the faults and the run, and judge that."""

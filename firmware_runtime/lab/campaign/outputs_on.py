@@ -71,8 +71,8 @@ class OutputsOn:
     @property
     def _reached_from(self) -> int:
         """From when on it could switch off what is on."""
-        is_reached = self._watched.is_driven_beside(self._cause.holds)
-        return 0 if is_reached else self._cause.out_of_reach_until
+        until = self._cause.out_of_reach_until
+        return 0 if until and self._watched.is_driven_beside(self._cause.holds) else until
 
     def _driven_on(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on although a model has said what it may not be driven with."""

@@ -18,14 +18,14 @@ from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
-from hashlib import blake2b
-from itertools import accumulate, islice
+from itertools import accumulate
 from typing import Final, NamedTuple, TypeAlias, overload
 
 from msgspec import Struct
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kind, Place, Strike
+from firmware_runtime.lab.campaign.evenly import BITS, GOLDEN, OTHER, number_of
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.watched import EVERY
@@ -33,22 +33,12 @@ from firmware_runtime.lab.campaign.watched import EVERY
 _FOR_A_WHILE_S: Final = 1.0
 _DISARMED_S: Final = 3.0
 """A while to an operator: longer than the last command of a motor is obeyed."""
-_BITS: Final = 64
-_GOLDEN: Final = 0x9E3779B97F4A7C15
-"""The golden section of 2 to the power of 64, which is odd."""
-_SECOND: Final = 0xC13FA9A902A6328F
-"""Another such number: multiples of both fill a square evenly."""
-_NUMBER_BYTES: Final = 2
-"""Of the number of a bit, a byte or an output; there are fewer in what is read at once."""
 PAIRED_WITHIN: Final = SECOND
 _LEAST_AGAIN: Final = 3
 _MOST_AGAIN: Final = 12
 """How often a fault comes that does so again and again."""
 _BETWEEN: Final = 500 * MILLISECOND
 """Beside what its rig says that it takes to heal."""
-_RUNS_PER_SECOND: Final = 2
-"""For one run of a whole mission so many others come for each of its seconds. Those that go on, and
-faults again and again, take about a quarter of a campaign's time until each has been tried."""
 
 
 _Key: TypeAlias = tuple[str, int | None, bool, bool]
@@ -145,21 +135,21 @@ class Space(Sequence[Case]):
         A push is as large as the robot bears, where it says that; every second one the other way.
         """
         if kind.is_numbered:
-            return float(_spread(use))
+            return float(number_of(use))
         if kind.of != "world" or kind.amount is None:
             return None
         bears_push = self.found.bears_push(self._use_times[use])
-        if _spread(use) % 2:
+        if number_of(use) % 2:
             return -(kind.amount if bears_push is None else bears_push)
         return bears_push
 
     def _pair(self, index: int) -> Case:
-        first = (index * _GOLDEN % (1 << _BITS)) * self.singles >> _BITS
+        first = (index * GOLDEN % (1 << BITS)) * self.singles >> BITS
         place = bisect_right(self._ends, first)
         begin = self._ends[place - 1] if place else 0
         last = bisect_right(self._use_times, self._use_times[place] + PAIRED_WITHIN) - 1
         count = self._ends[last] - begin
-        second = begin + ((index * _SECOND % (1 << _BITS)) * count >> _BITS)
+        second = begin + ((index * OTHER % (1 << BITS)) * count >> BITS)
         if second == first:
             second = begin + (second + 1 - begin) % count
         cases = [self[each] for each in sorted((first, second))]
@@ -230,88 +220,6 @@ def space_of(mission: Mission) -> Space:
     return Space(healthy(mission))
 
 
-def spread(size: int, begin: int = 0) -> Iterator[int]:
-    """Numbers below a size, each once, such that the first so many are spread evenly.
-
-    They are the multiples of the golden section within a circle, from `begin` on, a share of it in
-    units of 2 to the power of -64. Their gaps are of two sizes that are alike, or three; those met
-    before are left out.
-    """
-    seen = bytearray(size)
-    at, left = begin % (1 << _BITS), size
-    while left:
-        number = at * size >> _BITS
-        at = (at + _GOLDEN) % (1 << _BITS)
-        if not seen[number]:
-            seen[number] = 1
-            left -= 1
-            yield number
-
-
-def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
-    """Yield all numbers of a space, spread evenly, `most` faults and all pairs.
-
-    Each kind of each device has as many as any other, as far as it has so many: a sensor that is
-    read often would leave next to none to a motor. Those of one are spread evenly over its
-    transactions. Cases that are alike come together.
-    """
-    count = space.pairs_from if most is None else min(most, space.pairs_from)
-    pairs = len(space) - space.pairs_from
-    done = 0
-    for index, number in enumerate(islice(_with_series(space), count), 1):
-        yield number
-        while done < pairs * index // count:
-            yield space.pairs_from + done
-            done += 1
-
-
-def others_per_mission(found: Healthy) -> int:
-    """Return how many other runs there are for one of a whole mission."""
-    return _RUNS_PER_SECOND * found.until // SECOND
-
-
-def _with_series(space: Space) -> Iterator[int]:
-    """Yield single faults, and now and then one that comes again and again.
-
-    Failures come first: they are counted.
-    """
-    others = others_per_mission(space.found)
-    evenly = (space.singles + number for number in spread(space.pairs_from - space.singles))
-    series = iter(sorted(evenly, key=lambda number: not _leaves_no_doubt(space[number])))
-    for index, number in enumerate(_courses(space), 1):
-        yield number
-        if index % others == 0:
-            yield from islice(series, 1)
-    yield from series
-
-
-def _courses(space: Space) -> Iterator[int]:
-    seen = bytearray(space.singles)
-    by_fault = space.by_fault()
-    orders = [
-        map(by_fault[place].__getitem__, spread(len(by_fault[place]), place * _SECOND))
-        for place in spread(len(by_fault))
-    ]
-    while orders:
-        for order in tuple(orders):
-            first = next((number for number in order if not seen[number]), None)
-            if first is None:
-                orders.remove(order)
-                continue
-            for number in space.alike(first):
-                seen[number] = 1
-                yield number
-
-
-def _spread(use: int) -> int:
-    """Return a number for the use with this one: the same each time, and like no other's.
-
-    The number itself would not do, as each second use may be another device's: half of the bits
-    would never be tried.
-    """
-    return int.from_bytes(blake2b(str(use).encode(), digest_size=_NUMBER_BYTES).digest())
-
-
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
     """Kinds that show at a place in this use of its line."""
     if place.line != use.line:
@@ -327,12 +235,6 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
 def _key(use: UseOfLine) -> _Key:
     """Return what is equal for uses in which the same faults show."""
     return use.line, use.use.address, use.use.reads, use.use.writes
-
-
-def _leaves_no_doubt(case: Case) -> bool:
-    """Return whether it is a failure, and no lie."""
-    kind = KINDS[case.strikes[0].kind]
-    return kind.fails or kind.of == "chip"
 
 
 def _is_small(form: Form) -> bool:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
-from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.strike import Strike, interval_of
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.fork import HANGS, in_child
@@ -32,7 +32,6 @@ from firmware_runtime.lab.sweeps.row import Cell, Row, release
 from firmware_runtime.runs.open_board import OpenBoard
 
 LOST: Final = "lost"
-_PAIR: Final = 2
 
 
 class Trial(Struct, frozen=True):
@@ -47,8 +46,9 @@ class Trial(Struct, frozen=True):
     @property
     def kinds(self) -> str:
         """Return the kinds of its faults, as `nack`, `nack + push` or `nack again and again`."""
-        first, *_ = kinds = [each.kind for each in self.strikes]
-        return f"{first} again and again" if len(kinds) > _PAIR else " + ".join(kinds)
+        if interval_of(self.strikes) is not None:
+            return f"{self.strikes[0].kind} again and again"
+        return " + ".join(each.kind for each in self.strikes)
 
     def row(self, number: int, verdict: Verdict) -> Row:
         """Return the row of a verdict."""

@@ -1,0 +1,74 @@
+"""The order in which a campaign goes through its space: any beginning of it is a fair sample."""
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Final
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.lab.campaign.evenly import OTHER, spread
+from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.space import Case, Space
+
+_RUNS_PER_SECOND: Final = 2
+"""For one run of a whole mission so many others come for each of its seconds. Those that go on, and
+faults again and again, take about a quarter of a campaign's time until each has been tried."""
+
+
+def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
+    """Yield all numbers of a space, spread evenly, `most` faults and all pairs.
+
+    Each kind of each device has as many as any other, as far as it has so many: a sensor that is
+    read often would leave next to none to a motor. Those of one are spread evenly over its
+    transactions. Cases that are alike come together.
+    """
+    count = space.pairs_from if most is None else min(most, space.pairs_from)
+    pairs = len(space) - space.pairs_from
+    done = 0
+    for index, number in enumerate(islice(_with_series(space), count), 1):
+        yield number
+        while done < pairs * index // count:
+            yield space.pairs_from + done
+            done += 1
+
+
+def others_per_mission(found: Healthy) -> int:
+    """Return how many other runs there are for one of a whole mission."""
+    return _RUNS_PER_SECOND * found.until // SECOND
+
+
+def _with_series(space: Space) -> Iterator[int]:
+    """Yield single faults, and now and then one that comes again and again.
+
+    Failures come first: they are counted.
+    """
+    others = others_per_mission(space.found)
+    evenly = (space.singles + number for number in spread(space.pairs_from - space.singles))
+    series = iter(sorted(evenly, key=lambda number: not _is_failure(space[number])))
+    for index, number in enumerate(_courses(space), 1):
+        yield number
+        if index % others == 0:
+            yield from islice(series, 1)
+    yield from series
+
+
+def _courses(space: Space) -> Iterator[int]:
+    seen = bytearray(space.singles)
+    by_fault = space.by_fault()
+    orders = [
+        map(by_fault[place].__getitem__, spread(len(by_fault[place]), place * OTHER))
+        for place in spread(len(by_fault))
+    ]
+    while orders:
+        for order in tuple(orders):
+            first = next((number for number in order if not seen[number]), None)
+            if first is None:
+                orders.remove(order)
+                continue
+            for number in space.alike(first):
+                seen[number] = 1
+                yield number
+
+
+def _is_failure(case: Case) -> bool:
+    return KINDS[case.strikes[0].kind].leaves_no_doubt
