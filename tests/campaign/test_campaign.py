@@ -25,7 +25,7 @@ from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.courses import in_courses
 from firmware_runtime.lab.campaign.evenly import spread
-from firmware_runtime.lab.campaign.findings import findings_of
+from firmware_runtime.lab.campaign.findings import findings_of, is_same
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.kept_findings import rerun_findings
 from firmware_runtime.lab.campaign.mission import Mission
@@ -394,6 +394,22 @@ def test_what_the_oracle_of_a_test_has_found_is_kept_as_a_test_that_fails(tmp_pa
     test = run_path(str(finding.test))
     with pytest.raises(ConfigError, match="put the oracle here"):
         test[Path(str(finding.test)).stem]()
+
+
+@pytest.mark.slow
+def test_an_output_is_named_by_its_number_however_large_the_one_is_that_was_counted_round() -> None:
+    def judge(rig: Rig) -> str | None:
+        assert isinstance(rig, TachobotRig)
+        return "it turns" if abs(rig.world.state(rig.now())[4]) > 0.03 else None
+
+    dead = Strike("dead", "thrust_pairs", at_s=1.0, amount=59302.0)
+    trial = Trial(SHORT, (dead,))
+    row = alone(trial, 3, judge)
+    (finding,) = findings_of([row], None, judge)
+    (strike,) = finding.faults
+    assert strike.amount == 1.0
+    again = Trial(SHORT, (replace(strike, amount=59302.0),))
+    assert is_same(alone(finding.trial, oracle=judge), alone(again, oracle=judge))
 
 
 @pytest.mark.slow

@@ -30,6 +30,8 @@ from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
 """Lengths that a fault is tried with, s; 0 is once."""
+_WORDS: Final = 16
+"""Words that a sensor measures, or outputs of a chip, at most."""
 Group: TypeAlias = tuple[str, str, str]
 """Oracle, model and kinds of a finding: what equal ones have in common."""
 _OWN: Final = "own"
@@ -212,6 +214,10 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
             continue
         if group_in((), row) == group_in((), first):
             trial, shown = replace(trial, mission=fewer), row
+    for smaller in [] if is_flaky else _smaller(trial):
+        if is_same(row := alone(smaller, oracle=oracle), shown):
+            trial, shown = smaller, row
+            break
     finding = _finding(first, trial, shown, len(alike))
     needs_oracle = oracle is not None and finding.oracle == _OWN and not is_wrong(alone(trial))
     return replace(finding, is_flaky=is_flaky, needs_oracle=needs_oracle)
@@ -257,6 +263,19 @@ def _shorter(trial: Trial) -> Iterator[Trial]:
             shorter = replace(trial, strikes=strikes, goes_on=goes_on)
             if shorter != trial:
                 yield shorter
+
+
+def _smaller(trial: Trial) -> Iterator[Trial]:
+    """Yield the trial with the first of the words or outputs that the number of its fault may be.
+
+    A space counts them round, by large numbers.
+    """
+    kinds = [KINDS[each.kind] for each in trial.strikes]
+    if all(kind.is_numbered and kind.of in {"sensor", "actuator"} for kind in kinds):
+        first = trial.strikes[0].extent or 0.0
+        for number in range(min(_WORDS, int(first))):
+            strikes = tuple(replace(each, amount=float(number)) for each in trial.strikes)
+            yield replace(trial, strikes=strikes)
 
 
 def _for_at_most(strike: Strike, for_s: float | None) -> Strike:
