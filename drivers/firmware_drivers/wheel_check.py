@@ -19,6 +19,8 @@ COUNTS = 1 << 32
 """An encoder's counter begins again after so many."""
 SLACK_COUNTS = 4.0
 """Counts that a report may be off: what stands still may be moved a little."""
+SHOWN_COUNTS = 2 * SLACK_COUNTS
+"""Counts in which half as much as told is told from all of it."""
 LEAST_SHARE = 0.7
 MOST_SHARE = 4.0
 REPORTS = 2
@@ -48,6 +50,11 @@ class _Told(NamedTuple):
     def least(self) -> float:
         """Return the least that it has to turn ahead."""
         return LEAST_SHARE * self.ahead - MOST_SHARE * self.back - self.ramp - SLACK_COUNTS
+
+    def is_shown(self, turned: float) -> bool:
+        """Return whether it turned ahead as told, and far enough that no slack explains it."""
+        due = self.ahead - self.back
+        return due >= SHOWN_COUNTS and turned >= LEAST_SHARE * due
 
     def is_exceeded(self, turned: float) -> bool:
         """Return whether it turned more than told, or the other way, once that can be judged."""
@@ -105,7 +112,7 @@ class WheelCheck:
             told, turned = told.mirrored(), -turned
         self._too_little = self._too_little + 1 if turned < told.least else 0
         if turned <= told.most and self._too_little < REPORTS:
-            self.agrees |= not self._too_little
+            self.agrees |= told.is_shown(turned)
             return
         self.begin_again()
         self.agrees = False

@@ -81,6 +81,13 @@ class DetectiveRig(BoardRig):
     """Not the radar's sonar: an echo that stops the head, and that no other hears, ends it."""
 
     @property
+    def borne(self) -> Mapping[str, float]:
+        """Rad and m, where it drives straight on: it turns to what its radar sees after that."""
+        probe = self._probe
+        places = (probe.x_m, probe.y_m, probe.distance_m)
+        return {probe.heading_rad.path: 0.35, **{place.path: 0.2 for place in places}}
+
+    @property
     def off_within_s(self) -> Mapping[str, float]:
         """Its mission ends of so many faults in a row, a tenth of a second apart at the most.
 
@@ -91,6 +98,11 @@ class DetectiveRig(BoardRig):
         on_buses = (name for name, of in sonars.items() if not isinstance(of, MaxbotixTable))
         needed = (*on_buses, "radar_compass", "body_compass", "radar_motor")
         return dict.fromkeys(needed, 0.1 * settings.mission.faults + 0.2)
+
+    @property
+    def ends_within_s(self) -> Mapping[str, float]:
+        """Treads that do not turn as told say so once a second, and so many times."""
+        return {"treads": self._settings.mission.faults + 2.0}
 
     @property
     def unknowable(self) -> tuple[str, ...]:

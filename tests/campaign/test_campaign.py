@@ -623,6 +623,7 @@ def refused(monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, faul
         ("borne", {"tachobot.world.yaw": 1.0}, "did you mean tachobot.world.yaw_rad"),
         ("unknowable", ("frieze:imu",), "did you mean freeze"),
         ("off_within_s", {"imo": 0.1}, "did you mean imu"),
+        ("ends_within_s", {"imo": 0.1}, "did you mean imu"),
         ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
         ("unpaced", ("i2c2",), "did you mean i2c1"),
         ("bears_reading_of", ("imo",), "did you mean imu"),

@@ -331,6 +331,16 @@ def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails
     assert Cause([weak, silent], {"thrust_pairs": ["thrust_pairs"]}).out_of_reach_until == 0
 
 
+def test_a_robot_that_is_driven_on_by_what_reports_again_and_again_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    dead = [Strike("dead", "treads", at_s=1.0, amount=1.0)]
+    assert_sound("detective", dead)
+    monkeypatch.setattr(Treads, "has_acted", lambda _: True)  # no fault is one in a row
+    with pytest.raises(AssertionError, match="on of treads: treads has reported again and again"):
+        assert_sound("detective", dead)
+
+
 def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

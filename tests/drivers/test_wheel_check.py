@@ -4,7 +4,7 @@ import pytest
 from firmware_drivers.wheel_check import WheelCheck
 
 from firmware_runtime import Strike, open_board
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
 HALF = SECOND // 2
@@ -44,12 +44,37 @@ def test_it_agrees_again_once_it_has_turned_as_told(wheel: WheelCheck) -> None:
     assert wheel.agrees
 
 
-def test_a_tread_that_does_not_turn_for_good_ends_the_mission() -> None:
-    dead = Strike("dead", "treads", at_s=1.0, amount=0.0)
-    with open_board("detective", doubles=True, clock="virtual", faults=[dead]) as robot:
-        outcome = robot.run(12.0)
+def test_few_counts_and_half_of_what_was_told_do_not_show_that_it_turns(wheel: WheelCheck) -> None:
+    wheel.take(230, HALF, 0.5)
+    with pytest.raises(Implausible):
+        wheel.take(230, HALF, 0.5)
+    wheel.take(230, HALF, 0.01)  # begins again
+    wheel.take(235, HALF, 0.5)  # 5 counts, as told
+    assert not wheel.agrees
+    wheel.take(235 + 124, HALF, 0.5)  # of 250
+    assert not wheel.agrees
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "at_s", "output"),
+    [
+        ("dead", 1.0, 0.0),
+        ("dead", 7.0, 1.0),  # told to turn the other way meanwhile
+        ("weak", 1.0, 1.0),  # half of what it was told while it stops is within the slack
+        ("weak", 4.0, 1.0),
+    ],
+)
+def test_a_tread_that_does_not_turn_as_told_for_good_ends_the_mission(
+    kind: str, at_s: float, output: float
+) -> None:
+    for_good = Strike(kind, "treads", at_s=at_s, amount=output)
+    with open_board("detective", doubles=True, clock="virtual", faults=[for_good]) as robot:
+        outcome = robot.run(20.0)
+        (reported,) = robot.statistics.faults["treads"].values()
     assert "wheel's turn is " in outcome.reason
-    assert robot.now < 9 * SECOND
+    assert reported.count == 5
+    assert robot.now < seconds(at_s) + 8 * SECOND
 
 
 def test_several_times_as_much_is_a_fault_at_once(wheel: WheelCheck) -> None:

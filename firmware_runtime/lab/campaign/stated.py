@@ -40,6 +40,9 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     off_within_s: Mapping[str, Span] = {}
     """After which outputs are off where a device fails at each use, by its name, or where a model
     has reported a fault, by its path."""
+    ends_within_s: Mapping[str, Span] = {}
+    """After which the run is over, or outputs are off, where a model has reported again and again
+    since, by its path."""
     borne: Mapping[str, Annotated[float, Meta(ge=0)]] = {}
     """How far beside healthy runs a number of its truth may be without harm, by its name, such as
     `tachobot.world.yaw_rad`."""
@@ -85,6 +88,11 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
         """Ns of `off_within_s`."""
         return {name: seconds(span) for name, span in self.off_within_s.items()}
 
+    @property
+    def ends_within(self) -> dict[str, int]:
+        """Ns of `ends_within_s`."""
+        return {path: seconds(span) for path, span in self.ends_within_s.items()}
+
 
 def stated_by(
     rig: Rig, board: Board, names: Sequence[str], places: Sequence[Place], models: Sequence[str]
@@ -112,6 +120,7 @@ def stated_by(
             "off_within_s",
             _unknown(stated.off_within_s, [*devices, *models]),
         ),
+        ("ends_within_s", _unknown(stated.ends_within_s, models)),
         ("unknowable", faults_of(stated.unknowable, places)),
         ("unpaced", _unknown(stated.unpaced, sorted({place.line for place in places}))),
         ("warned", _unknown(stated.warned, models)),

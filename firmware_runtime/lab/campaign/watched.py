@@ -230,10 +230,10 @@ class Watched:
             if each.last_at >= since
         )
 
-    def said_last(self) -> Said | None:
-        """Return the fault that was reported last; None if there is none."""
+    def said_last(self, model: str | None = None) -> Said | None:
+        """Return the fault that was reported last, by a model with that path; None without any."""
         counted = self.session.executive.faults.counted
-        found = [Said.of(each, each.last_at) for each in counted]
+        found = [Said.of(each, each.last_at) for each in counted if model in {None, each.path}]
         return max(found, key=lambda each: each.at, default=None)
 
     def shown_at(self, place: Place, kind: Kind, since: int) -> int | None:
