@@ -7,10 +7,12 @@ tree here, instead of converting it in one go, is what lets the user see all fau
 import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin
 
 import msgspec
+from msgspec.structs import FieldInfo
 
 from firmware_runtime.board.variants import Table, Variants, is_struct, keys, variants_of
 from firmware_runtime.errors import expected_one_of, suggested
@@ -181,7 +183,7 @@ def _judge_common(
 ) -> None:
     """Find the faults of keys that every variant has: they are faults whatever the choice."""
     first, *others = variants.schemas.values()
-    for field in msgspec.structs.fields(first):
+    for field in _fields(first):
         key = field.encode_name
         if key in table and all(key in keys(each) for each in others):
             _value(table[key], field.type, faults, _join(path, key))
@@ -204,13 +206,19 @@ def _values(
 ) -> dict[str, Any]:
     """The values of the keys that a schema has; `why` is said of one that is missing."""
     values: dict[str, Any] = {}
-    for field in msgspec.structs.fields(schema):
+    for field in _fields(schema):
         key, hint = field.encode_name, field.type
         if key in table:
             values[field.name] = _value(table[key], hint, faults, _join(path, key))
         elif field.required:
             faults.append(f"{_join(path, key)}: missing{why}; expected {_wanted(hint)}")
     return values
+
+
+@cache
+def _fields(schema: type[msgspec.Struct]) -> tuple[FieldInfo, ...]:
+    """Return the keys of a table; a robot that runs reads its file again."""
+    return msgspec.structs.fields(schema)
 
 
 def _value(value: object, type_: object, faults: list[str], path: str) -> Any:

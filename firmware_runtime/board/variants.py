@@ -12,6 +12,7 @@ The keys of one variant are no keys of another. The choice has to be stated, unl
 """
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from types import NoneType
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
@@ -65,7 +66,7 @@ def drop_replaced(
     table: Table, schema: type[msgspec.Struct], assigned: Collection[str], path: str = ""
 ) -> None:
     """Drop the file's keys of a variant that an assignment replaces."""
-    for name, hint in get_type_hints(schema).items():
+    for name, hint in _hints(schema).items():
         for key, inner, inner_type in _tables(name, hint, table.get(name)):
             inner_path = f"{path}{key}."
             variants = variants_of(inner_type)
@@ -75,6 +76,12 @@ def drop_replaced(
                 if inner_path + variants.choice in assigned:
                     _drop_foreign(inner, variants, assigned, inner_path)
                 drop_replaced(inner, variants.schemas[tag], assigned, inner_path)
+
+
+@cache
+def _hints(schema: type[msgspec.Struct]) -> Mapping[str, object]:
+    """Return the types of a table's keys; a robot that runs reads its file again."""
+    return get_type_hints(schema)
 
 
 def is_struct(type_: object) -> TypeGuard[type[Struct]]:

@@ -14,9 +14,7 @@ _TEST: Final = '''"""{title}
 
 {imported}
 
-FAULTS = [
 {faults}
-]
 
 
 def {name}() -> None:
@@ -40,10 +38,16 @@ class FaultTest(Struct, frozen=True, kw_only=True):
             title=self.title,
             about=self.about,
             imported=self.imported,
-            faults="\n".join(f"    {each}," for each in sources_of(self.faults)),
+            faults=self._faults(),
             name=self.name if self.name.startswith("test_") else f"test_{self.name}",
             body="\n".join(f"    {each}" if each else "" for each in self.body),
         )
+
+    def _faults(self) -> str:
+        if not self.faults:
+            return "FAULTS: list[Strike] = []"
+        lines = (f"    {each}," for each in sources_of(self.faults))
+        return "\n".join(["FAULTS = [", *lines, "]"])
 
 
 def source_of(strike: Strike) -> str:

@@ -72,12 +72,17 @@ class TachobotRig(BoardRig):
 
     push_unit = "rad/s of yaw"
     bears_push = 1.0
+    also_in = ("controller.yaw.reference_rad=-1.0",)
     bears_reading_of = ("imu", "thrust_pairs")
     off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
         {"imu": 0.06, "controller.movement_check": 0.1}
     )
     """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`), or where it does not
     turn as it is driven."""
+    ends_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
+        {"controller.heading_check": 1.1}
+    )
+    """A gyro that lies is reported twice a second, and thrust is off until it does not."""
 
     @property
     def held_within_s(self) -> float:

@@ -50,6 +50,7 @@ class BalancingRig(BoardRig):
     off_within_s = MappingProxyType({"imu": 0.13, "controller.rolling_check": 0.13})
     """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`), or where its gyro leads
     to a speed that it does not have."""
+    also_in = ("world.start_pitch_rad=-0.1",)
     bears_reading_of = ("imu", "wheels")
     held_within_s = 0.25
     healed_within_s = 2.0

@@ -15,12 +15,13 @@ from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import is_same
-from firmware_runtime.lab.campaign.healthy import healthy, wrong_without_faults
+from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
 from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
 from firmware_runtime.lab.campaign.verdict import SOUND
+from firmware_runtime.lab.campaign.without_faults import wrong_without_faults
 from firmware_runtime.lab.sweeps.how import carried_out
 from firmware_runtime.lab.sweeps.row import Row
 

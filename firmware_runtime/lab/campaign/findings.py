@@ -20,10 +20,10 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.fork import in_child
-from firmware_runtime.lab.campaign.healthy import wrong_without_faults
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
 from firmware_runtime.lab.campaign.verdict import SOUND
+from firmware_runtime.lab.campaign.without_faults import wrong_without_faults
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source, sources_of
 from firmware_runtime.system.atomic_file import keep_output
@@ -158,6 +158,8 @@ def finding_without_faults(
     needs_oracle = oracle is not None and wrong.oracle == _OWN
     if wrong.seed is not None:
         mission = replace(mission, seed=wrong.seed)
+    if wrong.setting is not None:
+        mission = replace(mission, assignments=(*mission.assignments, wrong.setting))
     finding = Finding(
         oracle=wrong.oracle,
         model=wrong.model,

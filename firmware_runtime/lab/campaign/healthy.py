@@ -6,8 +6,7 @@ either side, or as much as the rig says is no harm. Far outside is what no healt
 any instant: a whole range away.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import takewhile
 from typing import Final, TypeVar
@@ -18,28 +17,23 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Strike, Use
-from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
-from firmware_runtime.lab.campaign.verdict import where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 from firmware_runtime.lab.campaign.withheld import Gaps, longest_of
-from firmware_runtime.runs.open_board import OpenBoard
+from firmware_runtime.lab.campaign.wrong import Wrong, wrong_by_itself
 
 T = TypeVar("T")
 RUNS: Final = 4
 _AFTER: Final = SECOND
 """How long a mission goes on beyond its end, so that what strikes at its end is watched, too,
 beside the time to recover from that."""
-_MINUTE: Final = 60 * SECOND
-"""How long it goes on once, so that what grows slowly, or is done seldom, is seen."""
 _SLACK: Final = 300 * MILLISECOND // EVERY
 _MARGIN: Final = 0.25
 _FAR: Final = 4
 """So many margins are far."""
-_LEAST: Final = 1e-3
+_LEAST: Final = 0.01
 """Margin of a number that never moves."""
 AT_START: Final = -1
 """In place of the look before it, of a use while the robot was put together."""
@@ -86,17 +80,6 @@ class Envelope(Struct, frozen=True):
             if not least <= value <= most:
                 return f"{name} is {value:.4g}, {least:.4g} to {most:.4g} in healthy runs"
         return None
-
-
-class Wrong(Struct, frozen=True):
-    """What is wrong with a mission in which no fault was made."""
-
-    oracle: str
-    model: str
-    what: str
-    at: int
-    seed: int | None = None
-    """The seed of the world that shows it; None is the mission's own."""
 
 
 class Healthy(Struct, frozen=True):
@@ -203,7 +186,7 @@ class _Run:
         self.uses: list[UseOfLine] = []
         self.wrong: Wrong | None = None
         self.gaps = Gaps()
-        with _opened(mission, seed) as robot:
+        with mission.running(seed) as robot:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
@@ -275,73 +258,11 @@ def _least(runs: Sequence[_Run]) -> dict[str, int]:
     return {name: min(each.get(name, 0) for each in found) for name in found[0]}
 
 
-def wrong_without_faults(mission: Mission, oracle: Oracle | None = None) -> Wrong | None:
-    """Return what is wrong with a mission in which no fault is made, or with it later on.
-
-    An oracle of a campaign judges it, too. It goes on for a minute, and to its end where it ends by
-    itself.
-    """
-    found = healthy(mission)
-    if found.wrong is not None:
-        return found.wrong
-    wrong = None
-    try:
-        with _opened(mission) as robot:
-            watched, until = Watched(robot, found.not_finite, oracle), _MINUTE
-            if robot.session.robot.ended is not None:
-                until = max(until, seconds(robot.board.doubles_run_s))
-            while wrong is None and watched.at < until and watched.outcome is None:
-                watched.go_on()
-                wrong = wrong_by_itself(watched, found.stated) or _broken(watched)
-    except HalError:  # what is wrong may keep it from being made safe
-        if wrong is None:
-            raise
-    return wrong
-
-
-def _broken(watched: Watched) -> Wrong | None:
-    """Return that a robot in which no fault was made has failed, or sends no finite number."""
-    outcome = watched.outcome
-    if outcome is not None and outcome.error is not None:
-        where = where_raised(outcome.error)
-        return Wrong("crash", where, f"{outcome.reason}, and no fault was made", watched.at)
-    for path, at in watched.not_finite.items():
-        what = "it has sent a number that is not finite, and no fault was made"
-        return Wrong("not-finite", path, what, at)
-    return None
-
-
 def _idle(runs: Sequence[_Run]) -> Wrong | None:
     """Return that a robot with outputs never drives any: nothing of it could be judged."""
     if not runs[0].has_outputs or any(look.is_on for run in runs for look in run.looks):
         return None
     return Wrong("idle", "world", "no output is ever on, and no fault was made", 0)
-
-
-def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
-    """Return what is wrong with a robot in which no fault was made, by what it says and does."""
-    said = watched.said_wrongly(stated.warned)
-    if said is not None:
-        what = f"reports {said.kind} ({said.sentence}), and no fault was made"
-        return Wrong("invented", said.model, what, said.at)
-    ending = watched.session.task.ending
-    if ending is not None and ending.failed:
-        return Wrong("own", "world", f"{ending.reason}, and no fault was made", watched.at)
-    asked, at = watched.asked, watched.at
-    for oracle, why in (("own", asked.judged()), ("on", asked.lost()), ("missed", asked.missed())):
-        if why is not None:
-            return Wrong(oracle, "world", f"{why}, and no fault was made", at)
-    for note in asked.notes:
-        return Wrong("misused", _device_in(note, watched), f"{note}; no fault was made", at)
-    return None
-
-
-def _device_in(note: str, watched: Watched) -> str:
-    """Return the device whose chip a note begins with, and whose address it has; else the world."""
-    places = watched.session.hardware.struck.places
-    named = [each for each in places if not each.is_line and note.startswith(each.chip)]
-    marked = [each for each in named if each.address and f" 0x{each.address:02x}:" in note]
-    return next((each.name for each in (*marked, *named)), "world")
 
 
 def _push(watched: Watched) -> None:
@@ -351,19 +272,6 @@ def _push(watched: Watched) -> None:
         if kind.of == "world":
             struck.strike(Strike(kind.name))
     struck.clear()
-
-
-@contextmanager
-def _opened(mission: Mission, seed: int | None = None) -> Iterator[OpenBoard]:
-    """Open a mission; what goes wrong in it is raised, and not what comes of that at its end."""
-    robot = mission.opened(seed=seed)
-    try:
-        yield robot
-    except BaseException:
-        with suppress(HalError):
-            robot.close()
-        raise
-    robot.close()
 
 
 def _check(mission: Mission, watched: Watched) -> None:

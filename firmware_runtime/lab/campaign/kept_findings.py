@@ -19,9 +19,9 @@ from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.findings import Finding, make_folder
-from firmware_runtime.lab.campaign.healthy import wrong_without_faults
 from firmware_runtime.lab.campaign.trial import alone
 from firmware_runtime.lab.campaign.verdict import SOUND
+from firmware_runtime.lab.campaign.without_faults import wrong_without_faults
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
 from firmware_runtime.statistics.json_values import NOT_JSON

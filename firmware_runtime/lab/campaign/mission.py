@@ -1,6 +1,7 @@
 """Missions: what a robot does while it is struck, and the faults that are made in it."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,7 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import KINDS, Place, Strike
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 
 SEED_KEY: Final = "world.seed"
@@ -59,6 +61,18 @@ class Mission(Struct, frozen=True, kw_only=True):
             faults=strikes,
             record=record,
         )
+
+    @contextmanager
+    def running(self, seed: int | None = None) -> Iterator[OpenBoard]:
+        """Open it without faults; what goes wrong in it is raised, and not what comes of that."""
+        robot = self.opened(seed=seed)
+        try:
+            yield robot
+        except BaseException:
+            with suppress(HalError):
+                robot.close()
+            raise
+        robot.close()
 
     def seeds(self, count: int) -> list[int | None]:
         """Return its own seed and others after it; its own alone where the world has none."""

@@ -140,13 +140,13 @@ class _Reporting:
         """Take the last fault that it has reported."""
         if said is None or said.at == self._last:
             return
-        if self._last == NEVER or said.at - self._last > _AGAIN:
+        if not self.is_going_on(said.at):
             self._since = said.at
         self._last = said.at
 
     def is_going_on(self, at: int) -> bool:
         """Return whether it has reported a moment ago."""
-        return self._last != NEVER and at - self._last <= _AGAIN
+        return self._last != NEVER and at - self._last <= min(_AGAIN, self.most)
 
     def is_too_long(self, at: int) -> bool:
         """Return whether it still reports after all that time."""

@@ -51,6 +51,8 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit
     pushed by that. None is 1, and whatever comes of it is right."""
     bears_reading_of: tuple[str, ...] = ()
     """Devices one wrong reading of which ends no run, by name."""
+    also_in: tuple[str, ...] = ()
+    """Settings in which a mission without any fault is sound, too, one at a time, `KEY=VALUE`."""
     unknowable: tuple[str, ...] = ()
     """Faults that are as another world to it, `KIND:DEVICE` or `KIND`: they are left out, and a
     report lists them."""
