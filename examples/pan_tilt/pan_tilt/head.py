@@ -5,6 +5,8 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.motion import Applied
 
 SWEEP_PERIOD = 20 * MILLISECOND
+LONGEST = 100 * MILLISECOND
+"""For so long, ns, a rate is added up at most: what it comes from was seen no longer before."""
 
 
 class Head(Atomic):
@@ -89,7 +91,7 @@ class Head(Atomic):
             self.hold_in("sweeping", SWEEP_PERIOD)
 
     def _turn(self) -> None:
-        seconds, self._since = self._since / SECOND, 0
+        seconds, self._since = min(self._since, LONGEST) / SECOND, 0
         if self.applied is not Applied.NOTHING:
             for axis, rates in enumerate((self.pan_rate, self.tilt_rate)):
                 if rates:

@@ -49,6 +49,8 @@ class PanTiltRig(BoardRig):
 
     push_unit = "rad of pan"
     bears_push = 1.0
+    recovered_within_s = 3.0
+    """A light that it lost it finds in a sweep."""
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and is up with the first answer."""
     bears_reading_of = ("eyes", "servos")

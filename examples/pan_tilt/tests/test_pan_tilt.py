@@ -101,6 +101,21 @@ def test_eyes_that_fall_silent_leave_the_head_where_it_looks() -> None:
         assert rig_of(robot).pan.angle_rad(robot.now) == pytest.approx(before, abs=0.05)
 
 
+@pytest.mark.slow
+def test_a_head_that_was_blind_for_a_while_turns_back_to_its_light_and_not_past_it() -> None:
+    fast = {"world.swing_rad": 0.3, "world.swing_s": 4.0}
+    with on_doubles(fast) as robot:
+        rig = rig_of(robot)
+        silent = NackAddress(address=EYES, times=None, since=10 * SECOND, until=11 * SECOND)
+        rig.buses["i2c1"].faults = FaultScript([silent])
+        robot.run(10.0)
+        beside = []
+        for _ in range(50):
+            robot.run(0.05)
+            beside.append(rig.light.direction(robot.now)[0] - rig.pan.angle_rad(robot.now))
+        assert max(map(abs, beside)) == pytest.approx(0.43, abs=0.03)  # as it saw it again
+
+
 def pans_after(disarmed_s: float, shines_from_s: float) -> list[float]:
     """Where a head that was kept from turning for so long looks from then on."""
     shines = {"world.shines_from_s": shines_from_s, "world.shines_until_s": 2e3}
