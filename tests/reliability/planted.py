@@ -315,9 +315,8 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "pan_tilt",
         "disarm",
         f"{HEAD}head.py",
-        "        seconds, self._since = self._since / SECOND, 0\n"
-        "        if self.applied is not Applied.NOTHING:\n",
-        "        seconds, self._since = self._since / SECOND, 0\n        if True:\n",
+        "        if self.applied is not Applied.NOTHING:\n            for axis",
+        "        if True:\n            for axis",
     ),
     "a wrong byte of what the treads' driver counts is taken for a turn": Mistake(
         "detective",
@@ -346,6 +345,29 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         f"{STANDS}lean.py",
         "            self._since_drive = 0  # it lay meanwhile\n",
         "",
+    ),
+    "a tread that does not turn is the first fault in a row each time": Mistake(
+        "detective",
+        "treads",
+        f"{MODELS}motors.py",
+        "        if self._has_taken_command and self.has_acted():\n",
+        "        if self._has_taken_command:\n",
+    ),
+    "a yaw that its compass contradicts is steered by": Mistake(
+        "tachobot",
+        "imu",
+        f"{BOARDS}tachobot/attitude.py",
+        "        is_sound = bool(self.sample) and self.is_trusted\n",
+        "        is_sound = bool(self.sample)\n",
+    ),
+    "each axis is told what becomes of the other one": Mistake(
+        "pan_tilt",
+        "",
+        f"{HEAD}controller.py",
+        "        self.couple(self.head.pan_effect, self.pan.applied_in)\n"
+        "        self.couple(self.head.tilt_effect, self.tilt.applied_in)\n",
+        "        self.couple(self.head.pan_effect, self.tilt.applied_in)\n"
+        "        self.couple(self.head.tilt_effect, self.pan.applied_in)\n",
     ),
     "a robot that does not move is driven on": Mistake(
         "tachobot",
