@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_runtime.hal.i2c import Message
-from sim_doubles.altered_readings import AlteredReadings
+from sim_doubles.altered_readings import LESS, OFFSET, AlteredReadings
 from sim_doubles.faults import AlteredAnswer
 from sim_doubles.i2c_target import Target, Words
 from sim_doubles.scripted_fault import Reading, burst_start
 
 SWAP: Final = "swap"
 """The kind that exchanges a word with its neighbour, where it has one."""
-_LEAST, _MOST = -(1 << 15), (1 << 15) - 1
+_SIGNED, _UNSIGNED = (-(1 << 15), (1 << 15) - 1), (0, (1 << 16) - 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,6 +51,8 @@ class InvertedBits(AlteredAnswer):
 class AlteredWord(AlteredAnswer):
     """One measured word of a chip is read as another: `number` counts round through them.
 
+    In each second round an offset of what has a sign is the other way.
+
     Where inputs take turns in it, that of one is: of the one that is read first.
     """
 
@@ -59,9 +61,13 @@ class AlteredWord(AlteredAnswer):
     number: int
     _source: list[int] = field(default_factory=list, init=False)
     """The one input that is broken, once it was read."""
-    _readings: AlteredReadings = field(
-        default_factory=lambda: AlteredReadings(_LEAST, _MOST), init=False
-    )
+    _readings: AlteredReadings = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Take words for what they are; see also `Fault`."""
+        super().__post_init__()
+        limits = _SIGNED if self._group.is_signed else _UNSIGNED
+        object.__setattr__(self, "_readings", AlteredReadings(*limits))
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
@@ -84,9 +90,9 @@ class AlteredWord(AlteredAnswer):
         if not self._readings.is_broken:
             if reading.before is not None and source is None:
                 self._readings.altered(self._word(reading.before, begin))
-            self._readings.break_(self.kind, once=False)
+            self._readings.break_(self._kind, once=False)
         word = self._readings.altered(self._word(answer, begin))
-        altered = word.to_bytes(2, self._group.order, signed=True)
+        altered = word.to_bytes(2, self._group.order, signed=self._group.is_signed)
         return answer[:begin] + altered + answer[begin + 2 :]
 
     def _swapped(self, answer: bytes, begin: int) -> bytes:
@@ -101,12 +107,23 @@ class AlteredWord(AlteredAnswer):
         return bytes(altered)
 
     def _word(self, answer: bytes, begin: int) -> int:
-        return int.from_bytes(answer[begin : begin + 2], self._group.order, signed=True)
+        group, word = self._group, answer[begin : begin + 2]
+        return int.from_bytes(word, group.order, signed=group.is_signed)
+
+    @property
+    def _kind(self) -> str:
+        """Its kind; an offset of what has a sign is the other way in each second round."""
+        is_other_way = self._group.is_signed and self.number // self._count % 2 == 1
+        return LESS if self.kind == OFFSET and is_other_way else self.kind
+
+    @property
+    def _count(self) -> int:
+        return sum(each.length for each in self.target.measured)
 
     @property
     def _place(self) -> tuple[Words, int]:
         words = self.target.measured
-        left = self.number % sum(each.length for each in words)
+        left = self.number % self._count
         for each in words:
             if left < each.length:
                 return each, left

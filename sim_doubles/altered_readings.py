@@ -3,7 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol, runtime_checkable
 
-OFFSET: Final = 2000
+OFFSET: Final = "offset"
+LESS: Final = "offset, less"
+"""Kinds of a number that jumps up, and down."""
+COUNTS: Final = 2000
 """Counts of 65,536 that an offset jumps by."""
 NOISE: Final = 10
 """By how much a number changes more than it does."""
@@ -67,8 +70,9 @@ class AlteredReadings:
         return max(self._least, min(self._most, found))
 
     def _changed(self, kind: str, before: int, now: int) -> int:
-        if kind == "offset":
-            return now + OFFSET * (self._most - self._least + 1) // _WORD
+        if kind in {OFFSET, LESS}:
+            counts = COUNTS * (self._most - self._least + 1) // _WORD
+            return now + (counts if kind == OFFSET else -counts)
         if kind == "full-scale":
             return self._least if now < 0 else self._most
         return _CHANGES[kind](before, now)

@@ -23,6 +23,7 @@ class Words(NamedTuple):
     register: int
     length: int
     order: Literal["big", "little"] = "big"
+    is_signed: bool = True
 
 
 class Target(ABC):

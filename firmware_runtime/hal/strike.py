@@ -114,7 +114,9 @@ _ALL: Final = (
         unit="ms",
     ),
     _of_axis("freeze-axis", "one measured word stays as it was"),
-    _of_axis("offset", "one measured word is 2000 counts more"),
+    _of_axis(
+        "offset", "one measured word is 2000 counts more; with a sign, counted round once, less"
+    ),
     _of_axis("scale", "one measured word is twice as much"),
     _of_axis("negate", "one measured word has the other sign"),
     _of_axis("full-scale", "one measured word is at the end of its scale"),

@@ -79,7 +79,7 @@ class Cmps12Double(DevantechDouble):
     None for exact values.
     """
 
-    measured = (Words(2, 1), Words(6, 3))
+    measured = (Words(2, 1, is_signed=False), Words(6, 3))
     """Bearing and raw field."""
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)

@@ -51,7 +51,7 @@ class Srf08Double(DevantechDouble):
     each ping; `pings` counts them; `ranging` is whether the chip is deaf now.
     """
 
-    measured = (Words(2, 1),)
+    measured = (Words(2, 1, is_signed=False),)
 
     def __init__(
         self,

@@ -30,7 +30,7 @@ from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
 """Lengths that a fault is tried with, s; 0 is once."""
-_WORDS: Final = 16
+_WORDS: Final = 32
 """Words that a sensor measures, or outputs of a chip, at most."""
 Group: TypeAlias = tuple[str, str, str]
 """Oracle, model and kinds of a finding: what equal ones have in common."""
