@@ -265,9 +265,9 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     def _contradiction(self) -> Fault:
         found = self.comparison.worst
-        expected = f"{found.most:.3g} at most between both"
+        expected = f"{found.most:.4g} at most between both"
         if found.excess <= 1.0:  # they were further apart before
             found = self.comparison.changes[0]
-            expected = f"{_AGAIN * found.most:.3g} at most to agree again"
+            expected = f"{_AGAIN * found.most:.4g} at most to agree again"
         error = Implausible(self.path, self.settings.quantity, found.apart, expected)
         return Fault.of(error, 1)._replace(duration=self._disagrees_for)
