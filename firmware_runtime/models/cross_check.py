@@ -26,6 +26,8 @@ R = TypeVar("R")
 V = TypeVar("V")
 _AGAIN: Final = 0.5
 """Share of what is believed within which they agree again."""
+_ROUNDING: Final = 1e-9
+"""Share of a digit that a limit, such as 0.3, may be off by as a float."""
 CATCHING_UP: Final = 50 * MILLISECOND
 """Ns after a pause in which nothing is compared: what a busy network kept meanwhile comes at once,
 so that the value moves on and no time passes for the rate."""
@@ -265,9 +267,15 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     def _contradiction(self) -> Fault:
         found = self.comparison.worst
-        expected = f"{found.most:.4g} at most between both"
+        expected = f"{_at_most(found.most)} at most between both"
         if found.excess <= 1.0:  # they were further apart before
             found = self.comparison.changes[0]
-            expected = f"{_AGAIN * found.most:.4g} at most to agree again"
+            expected = f"{_at_most(_AGAIN * found.most)} at most to agree again"
         error = Implausible(self.path, self.settings.quantity, found.apart, expected)
         return Fault.of(error, 1)._replace(duration=self._disagrees_for)
+
+
+def _at_most(most: float) -> str:
+    """A limit in three digits, never rounded to more: what is found beyond it would be within."""
+    step = 10.0 ** (math.floor(math.log10(most)) - 2)
+    return f"{math.floor(most / step + _ROUNDING) * step:.3g}"

@@ -12,6 +12,7 @@ from firmware_runtime.models.cross_check import (
     Source,
     Standstill,
     Window,
+    _at_most,
 )
 from tests.support.atomic_bench import AtomicBench
 
@@ -216,3 +217,11 @@ def test_a_value_that_stood_still_is_believed_again_once_it_moves() -> None:
     again = [at for at, agrees in bench.said["agrees"] if agrees]
     assert len(again) == 1
     assert 800 < again[0] < 1500
+
+
+@pytest.mark.parametrize(
+    ("most", "said"),
+    [(0.3, "0.3"), (16.1809, "16.1"), (15.0, "15"), (0.11419, "0.114"), (360, "360")],
+)
+def test_a_limit_is_never_rounded_to_more(most: float, said: str) -> None:
+    assert _at_most(most) == said
