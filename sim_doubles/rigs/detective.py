@@ -77,8 +77,6 @@ class DetectiveRig(BoardRig):
     """What its treads have turned is read so often (`treads.refresh_s`)."""
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and no mission ends of one that failed once."""
-    also_in = ("world.target=[2.0,6.0]",)
-    """A target that its radar finds in a later sweep."""
     bears_reading_of = ("radar_motor", "treads", "body_sonar", "body_compass", "radar_compass")
     """Not the radar's sonar: an echo that stops the head, and that no other hears, ends it."""
 

@@ -72,7 +72,6 @@ class TachobotRig(BoardRig):
 
     push_unit = "rad/s of yaw"
     bears_push = 1.0
-    also_in = ("controller.yaw.reference_rad=-1.0",)
     bears_reading_of = ("imu", "thrust_pairs")
     off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType(
         {"imu": 0.06, "controller.movement_check": 0.1}
@@ -92,6 +91,14 @@ class TachobotRig(BoardRig):
         theirs count: as long as it takes to stop a turn.
         """
         return 0.25 if self._settings.esc_in_use is None else 1.5
+
+    @property
+    def also_in(self) -> tuple[str, ...]:
+        """The other way round, on its platform."""
+        control = self._settings.controller
+        if control.mode != "platform":
+            return ()
+        return (f"controller.yaw.reference_rad={-control.yaw.reference_rad}",)
 
     @property
     def borne(self) -> Mapping[str, float]:

@@ -50,7 +50,6 @@ class BalancingRig(BoardRig):
     off_within_s = MappingProxyType({"imu": 0.13, "controller.rolling_check": 0.13})
     """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`), or where its gyro leads
     to a speed that it does not have."""
-    also_in = ("world.start_pitch_rad=-0.1",)
     bears_reading_of = ("imu", "wheels")
     held_within_s = 0.25
     healed_within_s = 2.0
@@ -60,6 +59,11 @@ class BalancingRig(BoardRig):
     """It swings half so far when it is pushed, and takes that up; and so far if its accelerometer
     lied as it was let go: its first pitch is what that says, and nothing else knows it. Its place
     it knows by its own drive alone, having no encoders: what a fault makes of that is not found."""
+
+    @property
+    def also_in(self) -> tuple[str, ...]:
+        """Raised so far to the other side."""
+        return (f"world.start_pitch_rad={-self._settings.world.start_pitch_rad}",)
 
     @property
     def shown(self) -> OutPort[float]:

@@ -54,10 +54,13 @@ class PanTiltRig(BoardRig):
     healed_within_s = 1.0
     """Each chip is tried ten times a second, and is up with the first answer."""
     bears_reading_of = ("eyes", "servos")
-    also_in = ("world.azimuth_rad=1.35",)
-    """A light beyond the end of its pan, now and then."""
     unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")
     """Another light would look the same to its photocells."""
+
+    @property
+    def also_in(self) -> tuple[str, ...]:
+        """A light that swings to beyond the end of its pan."""
+        return (f"world.azimuth_rad={self._settings.servos.pan.most_rad - 0.05:.3g}",)
 
     @property
     def shown(self) -> OutPort[float]:
