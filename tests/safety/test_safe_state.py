@@ -49,7 +49,7 @@ def assert_stays_off(run: GuardedRun) -> None:
     """The run has gone on for some hundred steps, and nothing was driven again."""
     changes = len(run.lines())
     steps = run.steps()
-    wait_until(lambda: run.steps() > steps + 100, "the run goes on")
+    wait_until(lambda: run.steps() > steps + 100, "the run goes on", run.errors)
     assert run.is_off
     assert len([line for line in run.lines()[changes:] if "output" in line]) == 0
 

@@ -16,7 +16,7 @@ from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.links.control import ask
 from firmware_runtime.runs.safe_state import SafeState
 from tests.links.test_robot_end import impostor
-from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run
+from tests.support.guarded_run import GuardedRun, guarded_run, unhurried
 from tests.support.trials import TURNING
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -75,7 +75,7 @@ def test_outputs_go_off_and_come_on_with_the_next_commander(tmp_path: Path, name
                 assert not run.is_off
             wait_until(lambda: run.is_off, "the outputs are off", run.errors)
             steps = run.steps()
-            wait_until(lambda: run.steps() > steps + 200, "the run goes on")
+            wait_until(lambda: run.steps() > steps + 200, "the run goes on", run.errors)
             assert run.is_off
             refused = run.ask("arm", "tachobot")
             assert "no value has come at input yaw_reference for 0.5 s" in refused.stderr
@@ -276,7 +276,7 @@ def test_a_request_to_arm_that_a_stopped_run_finds_after_safe_state_is_refused(
         run.signal(signal.SIGCONT)
         wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
         steps = run.steps()
-        wait_until(lambda: run.steps() > steps + 100, "the run goes on")
+        wait_until(lambda: run.steps() > steps + 100, "the run goes on", run.errors)
         assert run.is_off
         run.arm_again()
 
@@ -288,7 +288,7 @@ class Starting:
         self.wait = directory / "wait"
         self.starts = directory / "starts"
         self.program = SLOW_START.format(starts=str(self.starts), wait=str(self.wait))
-        self.words = ("--for", "600", "--supervised", "--arm", *UNHURRIED)
+        self.words = ("--for", "600", "--supervised", "--arm", *unhurried("tachobot"))
 
     def safe_state(self, run: GuardedRun) -> SafeState:
         """What has switched off a board that no run drove, and looked for one that may."""
@@ -344,7 +344,7 @@ def test_a_run_that_has_opened_nothing_yet_does_not_arm_itself(tmp_path: Path) -
         run.signal(signal.SIGTERM)
         run.run.wait(PATIENCE_S)
         wait.touch()
-        words = ("run", "tachobot", "--doubles", run.socket, "--for", "600", *UNHURRIED)
+        words = ("run", "tachobot", "--doubles", run.socket, "--for", "600", *unhurried("tachobot"))
         run.start_instead(*words, "--supervised", "--arm", program=program)
         wait_until(starts.exists, "it begins", run.errors)
         run.safe_state("requested")

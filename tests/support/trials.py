@@ -36,8 +36,6 @@ _TURNS = (
     "imu.max_bias_rad_s=1000",
     "imu.still_rad_s=1000",
     "imu.calibration_s=0.05",
-    "controller.compass_check.tolerance_rad=1000",
-    "controller.compass_check.brief_tolerance_rad=1000",
 )
 TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
 """It still turns from the trial before."""
