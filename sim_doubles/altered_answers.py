@@ -10,6 +10,7 @@ from sim_doubles.faults import AlteredAnswer
 from sim_doubles.i2c_target import Target, Words
 from sim_doubles.scripted_fault import Reading, burst_start
 
+FULL_SCALE: Final = "full-scale"
 SWAP: Final = "swap"
 """The kind that exchanges a word with its neighbour, where it has one."""
 _SIGNED, _UNSIGNED = (-(1 << 15), (1 << 15) - 1), (0, (1 << 16) - 1)
@@ -93,7 +94,16 @@ class AlteredWord(AlteredAnswer):
             self._readings.break_(self._kind, once=False)
         word = self._readings.altered(self._word(answer, begin))
         altered = word.to_bytes(2, self._group.order, signed=self._group.is_signed)
-        return answer[:begin] + altered + answer[begin + 2 :]
+        answer = answer[:begin] + altered + answer[begin + 2 :]
+        return self._overflown(answer, reading) if self.kind == FULL_SCALE else answer
+
+    def _overflown(self, answer: bytes, reading: Reading) -> bytes:
+        """Let the chip say so of a word at the end of its scale, where it does and that is read."""
+        register, bit = self._group.overflow or (-1, 0)
+        place = register - burst_start(reading.messages)
+        if not 0 <= place < len(answer):
+            return answer
+        return answer[:place] + bytes([answer[place] | bit]) + answer[place + 1 :]
 
     def _swapped(self, answer: bytes, begin: int) -> bytes:
         """Exchange the word with the next one of its group; the last one with the first."""

@@ -24,6 +24,8 @@ class Words(NamedTuple):
     length: int
     order: Literal["big", "little"] = "big"
     is_signed: bool = True
+    overflow: tuple[int, int] | None = None
+    """Register, and bit of it, that say that one of them is beyond its scale."""
 
 
 class Target(ABC):

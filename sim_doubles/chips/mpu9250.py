@@ -15,7 +15,7 @@ lost; data registers keep the last sample in sleep.
 from collections.abc import Callable
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
-from sim_doubles.chips.ak8963 import Ak8963Double
+from sim_doubles.chips.ak8963 import HOFL, Ak8963Double
 from sim_doubles.chips.mpu9250_auxiliary_master import AuxiliaryMaster
 from sim_doubles.chips.mpu9250_registers import (
     ACCEL_XOUT_H,
@@ -72,7 +72,7 @@ class Mpu9250Double(Target):
     on: call `catch_up` first, for example in `Pca9685Double.before_change`.
     """
 
-    measured = (Words(0x3B, 3), Words(0x43, 3), Words(0x4A, 3, "little"))
+    measured = (Words(0x3B, 3), Words(0x43, 3), Words(0x4A, 3, "little", overflow=(0x50, HOFL)))
     """Acceleration, rate, and the field that its master has read."""
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)

@@ -28,6 +28,7 @@ from firmware_runtime.hal.wire_errors import (
 )
 from sim_doubles.chip_doubles import chip_double
 from sim_doubles.chips.ads1115 import Ads1115Double
+from sim_doubles.chips.ak8963 import HOFL
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -457,6 +458,20 @@ def test_words_are_counted_round_in_the_order_of_the_registers_that_measure(
         after = int.from_bytes(bus.transaction(chip.address, asked), order, signed=True)
         is_less = number // words % 2 == 1 and (name, register) not in NO_SIGN
         assert after == before + (-2000 if is_less else 2000), number
+
+
+@pytest.mark.parametrize(("kind", "is_said"), [("full-scale", True), ("offset", False)])
+def test_a_field_at_the_end_of_its_scale_is_said_to_overflow_as_the_chip_does(
+    kind: str, *, is_said: bool
+) -> None:
+    chip, clock = chip_double("mpu9250"), ManualClock()
+    assert chip.address is not None
+    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+    bus.strike(kind, chip.address, Span(0, NEVER, once=False), 6)
+    *field, status = bus.transaction(chip.address, (b"\x4a", 7))
+    assert field[:2] == ([0xFF, 0x7F] if is_said else [0xD0, 0x07])  # of 0, and 2000
+    assert bool(status & HOFL) == is_said
+    assert len(bus.transaction(chip.address, (b"\x4a", 6))) == 6  # its status is not read
 
 
 @pytest.mark.parametrize("broken", [0, 1, 3])
