@@ -26,8 +26,6 @@ R = TypeVar("R")
 V = TypeVar("V")
 _AGAIN: Final = 0.5
 """Share of what is believed within which they agree again."""
-_ROUNDING: Final = 1e-9
-"""Share of a digit that a limit, such as 0.3, may be off by as a float."""
 CATCHING_UP: Final = 50 * MILLISECOND
 """Ns after a pause in which nothing is compared: what a busy network kept meanwhile comes at once,
 so that the value moves on and no time passes for the rate."""
@@ -277,5 +275,5 @@ class CrossCheck(Atomic, Generic[R, V]):
 
 def _at_most(most: float) -> str:
     """A limit in three digits, never rounded to more: what is found beyond it would be within."""
-    step = 10.0 ** (math.floor(math.log10(most)) - 2)
-    return f"{math.floor(most / step + _ROUNDING) * step:.3g}"
+    mantissa, exponent = f"{most:.8e}".split("e")
+    return f"{float(f'{mantissa[:4]}e{exponent}'):g}"

@@ -21,6 +21,7 @@ from firmware_drivers.thrust_pairs import ThrustPairs
 from firmware_drivers.treads import Treads
 from firmware_drivers.wheel_check import WheelCheck
 from msgspec.structs import replace
+from pan_tilt.rig import PanTiltRig
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -145,14 +146,14 @@ def test_a_report_of_a_robot_that_was_disarmed_and_no_more_is_invented(
         assert_sound("detective", [disarmed], for_s=8.0)
 
 
-def test_a_robot_that_may_go_on_by_itself_though_its_fault_lasts_is_watched_for_five_seconds(
+def test_a_robot_that_may_go_on_by_itself_though_its_fault_lasts_is_watched_until_it_has_recovered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     blind = Strike("nack", "eyes", at_s=2.0)
     assert_sound("pan_tilt", [blind], for_s=2.5)
     monkeypatch.setattr(Healthy, "reached_by", lambda _found, _at: frozenset())
     sure_after = alone(Trial(Mission(board="pan_tilt", for_s=2.5), (blind,)))["known_at_s"]
-    assert sure_after == pytest.approx(7.0, abs=0.1)
+    assert sure_after == pytest.approx(2.0 + PanTiltRig.recovered_within_s, abs=0.1)
 
 
 def test_a_driving_chip_that_is_cut_off_holds_its_outputs_and_that_is_no_mistake() -> None:
@@ -172,6 +173,10 @@ def test_a_robot_that_says_what_is_wrong_and_is_driven_away_by_it_is_found(
 
     believed = Attitude.external
     monkeypatch.setattr(Attitude, "external", external)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"on of imu: controller\.heading_check has reported"):
+        assert_sound("tachobot", [offset], for_s=6.5)
+    monkeypatch.setattr(TachobotRig, "ends_within_s", {})
     healthy.cache_clear()
     with pytest.raises(AssertionError, match="astray of imu: 5 s after it was reported"):
         assert_sound("tachobot", [offset], for_s=6.5)
