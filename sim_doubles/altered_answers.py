@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 from firmware_runtime.hal.i2c import Message
@@ -62,13 +63,6 @@ class AlteredWord(AlteredAnswer):
     number: int
     _source: list[int] = field(default_factory=list, init=False)
     """The one input that is broken, once it was read."""
-    _readings: AlteredReadings = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Take words for what they are; see also `Fault`."""
-        super().__post_init__()
-        limits = _SIGNED if self._group.is_signed else _UNSIGNED
-        object.__setattr__(self, "_readings", AlteredReadings(*limits))
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
@@ -119,6 +113,10 @@ class AlteredWord(AlteredAnswer):
     def _word(self, answer: bytes, begin: int) -> int:
         group, word = self._group, answer[begin : begin + 2]
         return int.from_bytes(word, group.order, signed=group.is_signed)
+
+    @cached_property
+    def _readings(self) -> AlteredReadings:
+        return AlteredReadings(*(_SIGNED if self._group.is_signed else _UNSIGNED))
 
     @property
     def _kind(self) -> str:

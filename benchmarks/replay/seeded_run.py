@@ -12,6 +12,7 @@ from time import monotonic, sleep
 from typing import Any, Final
 
 from benchmarks.shared.side_by_side import PROJECT
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.ports.ports_client import PortsClient
@@ -58,7 +59,7 @@ class SeededRun:
 
     def _started(self, stack: ExitStack) -> "subprocess.Popen[bytes]":
         words = ["run", self.board, "--for", str(SPAN_S + 0.5), "--supervised", "--arm"]
-        words += [word for each in _SETTINGS for word in ("--set", each)]
+        words += set_words(_SETTINGS)
         if not self._is_served:
             words += ["--doubles"]
             return self._process(stack, "benchmarks.replay.faulty_run", str(self._seed), *words)

@@ -25,7 +25,8 @@ port, a chip, what a chip drives, the robot's computer, who commands it, the wor
 OF_NO_DEVICE: Final = frozenset({"machine", "people", "world"})
 """Those that have no device by a name."""
 
-_PAIR: Final = 2
+LEAST_AGAIN: Final = 3
+"""So often a fault comes, at least, that comes again and again: two are a pair."""
 HOLD_UP_A_LINE: Final = ("stuck", "arbitration", "fault", "slow")
 """Kinds that keep all of a bus from going on, whichever of its chips they are made at."""
 
@@ -224,11 +225,8 @@ def _is_span(value: float) -> bool:
 
 
 def interval_of(strikes: Sequence[Strike]) -> float | None:
-    """Return every how many seconds one fault comes again in a script; None where it is none such.
-
-    Three times it has to, at least: two faults are a pair.
-    """
-    if len(strikes) <= _PAIR:
+    """Return every how many seconds one fault comes again in a script; None for other scripts."""
+    if len(strikes) < LEAST_AGAIN:
         return None
     first, second, *_ = strikes
     every_s = round(second.at_s - first.at_s, 9)

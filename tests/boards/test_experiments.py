@@ -10,6 +10,7 @@ import pytest
 from firmware_boards.detective.experiments import figure_6
 from firmware_boards.tachobot.experiments import square_wave
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.cli.main import main
 from tests.support.figure_6 import EVENTS, OUTPUTS
 
@@ -19,7 +20,7 @@ Found = tuple[dict[str, Any], list[dict[str, float]]]
 def experiment(name: str, out: Path, *settings: str) -> Found:
     """Figures and data of an experiment of TachoBot's in simulation that ends well."""
     words = ["experiment", name, "tachobot", "--stage", "simulation", "-o", str(out)]
-    assert main([*words, *(word for each in settings for word in ("--set", each))]) == 0
+    assert main([*words, *set_words(settings)]) == 0
     rows = csv.DictReader((out / f"{name}.csv").read_text().splitlines())
     data = [{key: float(value) for key, value in row.items()} for row in rows]
     return json.loads((out / f"{name}.json").read_text()), data

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import islice, pairwise
 from pathlib import Path
 from runpy import run_path
@@ -50,15 +50,16 @@ UNCHECKED = Mission(
 
 
 @pytest.fixture
-def planted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[Callable[..., Any]], None]]:
-    """Puts another `read_sample` into the IMU's driver; no healthy run of it is kept, or used."""
-    healthy.cache_clear()
+def planted(
+    monkeypatch: pytest.MonkeyPatch,
+    anew: None,  # noqa: ARG001 -- no healthy run is kept, or used
+) -> Callable[[Callable[..., Any]], None]:
+    """Puts another `read_sample` into the IMU's driver."""
 
     def plant(read_sample: Callable[..., Any]) -> None:
         monkeypatch.setattr(Mpu9250, "read_sample", read_sample)
 
-    yield plant
-    healthy.cache_clear()
+    return plant
 
 
 def last_again() -> Callable[..., object]:

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.registry import load
 from firmware_runtime.cli.commands import tune
@@ -138,7 +139,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _make(folder: Path) -> Path:
     words = ["run", "tachobot", "--doubles", "--clock", "virtual", "--for", "11"]
     words += ["--record", str(folder / "run.recording"), "--trace", str(folder / "run.trace")]
-    words += [word for each in FRICTION for word in ("--set", each)]
+    words += set_words(FRICTION)
     words += [word for each in REFERENCES for word in ("--input", each)]
     environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
     own_process(*words, check=True, env=environment)

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.figures import LinkFigures
@@ -77,7 +78,7 @@ class Robot(Processes):
         self._words = [
             "--doubles",
             doubles,
-            *(word for each in settings for word in ("--set", each)),
+            *set_words(settings),
         ]
 
     def run(self) -> "subprocess.Popen[bytes]":

@@ -11,6 +11,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
@@ -29,8 +30,7 @@ _LATE: Mapping[str, Sequence[str]] = {
 
 def unhurried(robot: str) -> list[str]:
     """Return words for a machine that other programs share: a late run is armed, and goes on."""
-    settings = ("arming.max_late_percent=100", *_LATE.get(robot, ()))
-    return [word for each in settings for word in ("--set", each)]
+    return set_words(["arming.max_late_percent=100", *_LATE.get(robot, ())])
 
 
 def next_sentence(guard: "subprocess.Popen[str]") -> str:

@@ -14,6 +14,7 @@ from statistics import median
 from time import monotonic_ns
 from typing import NamedTuple
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ControlError
 from firmware_runtime.links.control import ask
@@ -37,7 +38,7 @@ _TURNS = (
     "imu.still_rad_s=1000",
     "imu.calibration_s=0.05",
 )
-TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
+TURNING = (*PATIENT, *set_words(_TURNS))
 """It still turns from the trial before."""
 
 

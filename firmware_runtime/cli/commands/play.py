@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Final
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.cli.arguments import SubParsers, add_set, add_verb, port
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
@@ -50,8 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Start them one after the other, and end them in reverse when a signal comes."""
     module_of_extra("aiohttp", "view")
     board = chosen_board(arguments.board, arguments.assignments)
-    settings = [word for each in arguments.assignments for word in ("--set", each)]
-    robot = [arguments.board, *settings]
+    robot = [arguments.board, *set_words(arguments.assignments)]
     statistics = default_path(board.name)
     page = ["--statistics", str(statistics), "--port", str(arguments.port), "--allow-arm"]
     page += ["--no-browser"] if arguments.no_browser else []

@@ -7,7 +7,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from firmware_runtime.board.assignments import assigned
+from firmware_runtime.board.assignments import assigned, set_words
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError, expected_one_of
@@ -106,10 +106,7 @@ class Mission(Struct, frozen=True, kw_only=True):
     @property
     def words(self) -> list[str]:
         """The words of the command that choose it."""
-        found = [self.board]
-        for each in self.assignments:
-            found += ["--set", each]
-        found += ["--for", f"{self.for_s:g}"]
+        found = [self.board, *set_words(self.assignments), "--for", f"{self.for_s:g}"]
         if self.seed is not None:
             found += ["--seed", str(self.seed)]
         if self.within_s is not None:

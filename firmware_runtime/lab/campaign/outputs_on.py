@@ -7,7 +7,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.failures import Failures
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.watched import Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import Lasting, Look, Watched
 
 _AGAIN: Final = 2 * SECOND
 """One that reports no more for so long has stopped to do so."""
@@ -35,8 +35,8 @@ class OutputsOn:
         self._off_after = {path: span for path, span in off_within if path not in names}
         """Ns after which outputs are off where a device fails, and where a model has reported."""
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
-        self._reporting = {path: _Reporting(most) for path, most in ends_within.items()}
-        """Models whose lasting fault has to end the run."""
+        self._reporting = {path: (most, Lasting()) for path, most in ends_within.items()}
+        """Models whose lasting fault has to end the run: ns within which, and since when."""
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
@@ -60,7 +60,7 @@ class OutputsOn:
         is_blind = any(
             device in self._off_within and look.at <= end for device, _, end in self._failures
         )
-        is_reported = any(each.is_going_on(look.at) for each in self._reporting.values())
+        is_reported = any(self._goes_on(path, look) for path in self._reporting)
         return is_blind or is_reported or any(True for _ in self._to_be_off(look))
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
@@ -109,12 +109,18 @@ class OutputsOn:
 
     def _again_and_again(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on by what does not do as it is told, as it says itself."""
-        for path, reporting in self._reporting.items():
-            reporting.take(self._watched.said_last(path))
-            if look.is_on and reporting.is_too_long(look.at):
-                since = f"has reported again and again for {reporting.most / SECOND:g} s"
+        for path, (most, lasting) in self._reporting.items():
+            span = lasting.span(look.at, is_so=self._goes_on(path, look))
+            if look.is_on and span > most:
+                since = f"has reported again and again for {most / SECOND:g} s"
                 return "on", f"{path} {since}, and it is driven on"
         return None
+
+    def _goes_on(self, path: str, look: Look) -> bool:
+        """Whether a model has reported a moment ago."""
+        most, _ = self._reporting[path]
+        said = self._watched.said_last(path)
+        return said is not None and look.at - said.at <= min(_AGAIN, most)
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
@@ -127,27 +133,3 @@ class OutputsOn:
         if self._cause.holds and look.at <= self._cause.end + most:
             return None
         return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"
-
-
-class _Reporting:
-    """A model that reports, and from when on without a pause; `most` ns of that are right."""
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._since = self._last = NEVER
-
-    def take(self, said: Said | None) -> None:
-        """Take the last fault that it has reported."""
-        if said is None or said.at == self._last:
-            return
-        if not self.is_going_on(said.at):
-            self._since = said.at
-        self._last = said.at
-
-    def is_going_on(self, at: int) -> bool:
-        """Return whether it has reported a moment ago."""
-        return self._last != NEVER and at - self._last <= min(_AGAIN, self.most)
-
-    def is_too_long(self, at: int) -> bool:
-        """Return whether it still reports after all that time."""
-        return self.is_going_on(at) and at - self._since > self.most

@@ -24,7 +24,15 @@ from typing import Final, NamedTuple, TypeAlias, overload
 from msgspec import Struct
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kind, Place, Strike
+from firmware_runtime.hal.strike import (
+    HOLD_UP_A_LINE,
+    KINDS,
+    LEAST_AGAIN,
+    OF_NO_DEVICE,
+    Kind,
+    Place,
+    Strike,
+)
 from firmware_runtime.lab.campaign.evenly import BITS, GOLDEN, OTHER, number_of
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
@@ -34,9 +42,8 @@ _FOR_A_WHILE_S: Final = 1.0
 _DISARMED_S: Final = 3.0
 """A while to an operator: longer than the last command of a motor is obeyed."""
 PAIRED_WITHIN: Final = SECOND
-_LEAST_AGAIN: Final = 3
 _MOST_AGAIN: Final = 12
-"""How often a fault comes that does so again and again."""
+"""How often a fault comes, at most, that does so again and again."""
 _BETWEEN: Final = 500 * MILLISECOND
 """Beside what its rig says that it takes to heal."""
 
@@ -114,7 +121,7 @@ class Space(Sequence[Case]):
             for form in filter(_is_small, self._forms_at(uses[places[0]])):
                 shown.setdefault(form, []).append(places)
         series = (self._again(form, at) for form, at in shown.items())
-        return [case for case in series if len(case.strikes) >= _LEAST_AGAIN]
+        return [case for case in series if len(case.strikes) >= LEAST_AGAIN]
 
     def _again(self, form: Form, shown: Sequence[Sequence[int]]) -> Case:
         """Return a fault each time that the one before has healed, from when outputs are on."""
