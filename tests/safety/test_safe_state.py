@@ -58,7 +58,9 @@ def assert_stays_off(run: GuardedRun) -> None:
 def test_a_run_that_lives_is_disarmed_and_stays_so_until_it_is_armed_again(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert safe_state(run) == (0, "")
-        wait_until(lambda: "safe-state took its right" in run.errors(), "the run says why")
+        wait_until(
+            lambda: "safe-state took its right" in run.errors(), "the run says why", run.errors
+        )
         assert_stays_off(run)
         assert (tmp_path / "tachobot.settings").exists()
         run.arm_again()
@@ -78,7 +80,9 @@ def test_a_run_with_its_statistics_elsewhere_is_found(tmp_path: Path) -> None:
     with guarded_run(tmp_path, guard=False, words=["--statistics", str(statistics)]) as run:
         statistics.unlink()
         assert safe_state(run) == (0, "")
-        wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
+        wait_until(
+            lambda: "safe-state took its right" in run.errors(), "the run knows it", run.errors
+        )
         assert run.is_off
 
 
@@ -90,7 +94,9 @@ def test_a_run_whose_file_was_replaced_by_a_copy_is_found(tmp_path: Path) -> Non
         statistics.unlink()
         statistics.write_bytes(whole)
         assert safe_state(run) == (0, "")
-        wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
+        wait_until(
+            lambda: "safe-state took its right" in run.errors(), "the run knows it", run.errors
+        )
         assert run.is_off
 
 
@@ -104,7 +110,9 @@ def test_a_run_that_is_stopped_is_off_and_comes_back_disarmed(tmp_path: Path) ->
         assert (status, run.is_off) == (0, True)
         assert f"process {run.run.pid} has not acknowledged" in said
         run.signal(signal.SIGCONT)
-        wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
+        wait_until(
+            lambda: "safe-state took its right" in run.errors(), "the run knows it", run.errors
+        )
         assert_stays_off(run)
 
 

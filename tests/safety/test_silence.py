@@ -274,7 +274,9 @@ def test_a_request_to_arm_that_a_stopped_run_finds_after_safe_state_is_refused(
             ask(tmp_path / "tachobot.stats", "arm", timeout_s=0.1)
         run.safe_state("requested")
         run.signal(signal.SIGCONT)
-        wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")
+        wait_until(
+            lambda: "safe-state took its right" in run.errors(), "the run knows it", run.errors
+        )
         steps = run.steps()
         wait_until(lambda: run.steps() > steps + 100, "the run goes on", run.errors)
         assert run.is_off
