@@ -2,7 +2,8 @@
 
 Each is judged by the quick tests that call the function it is in, so those are found first, in one
 run of all of them (`--listen` finds them anew). What was tried is kept, so the next run goes on
-with others; `--again` tries once more what was not noticed, and by the slow tests too.
+with others; `--again` tries once more what was not noticed, and by the slow tests too. `--since`
+tries all of those that are in lines changed since a commit.
 """
 
 import argparse
@@ -11,7 +12,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import chain, zip_longest
@@ -23,6 +24,7 @@ import msgspec
 from msgspec import Struct
 
 from tests.reliability.called import FOLDER, Calls, read_calls
+from tests.reliability.changed_lines import changed_lines
 from tests.reliability.mutant_server import Answer, Question
 from tests.reliability.mutations import Mutant, mutants_in
 from tests.reliability.results import BUILD, ROOT, Result, ends_at
@@ -72,29 +74,45 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--again", action="store_true", help="those that survived, by slow tests too"
     )
+    parser.add_argument(
+        "--since", metavar="COMMIT", help="all of the lines changed since, in place of a sample"
+    )
     parser.add_argument("--listen", action="store_true", help="find anew which tests call what")
     parser.add_argument("--workers", type=int, default=2)
 
 
 def execute(arguments: argparse.Namespace) -> Result:
     """Try mutants, and return what became of all that were tried so far."""
+    if arguments.since and arguments.save:
+        sys.exit("--since: what is kept is of a sample; expected no --save")
     log = BUILD / "mutants.jsonl"
-    done = _read(log)
     if arguments.listen or not read_calls():
         _listen(arguments.workers)
     judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
     until = ends_at(arguments.minutes)
+    sample, is_of_it = _sample(arguments)
+    done = {name: each for name, each in _read(log).items() if is_of_it(name)}
     if arguments.again:
         left = [each for each in done.values() if not each.is_noticed]
         chosen = [(each.room, each.mutant) for each in left if each.room in arguments.rooms]
     else:
-        chosen = _chosen(arguments.rooms, arguments.count, arguments.seed)
-        chosen = [each for each in chosen if str(each[1]) not in done]
+        chosen = [each for each in sample if str(each[1]) not in done]
     parts = [chosen[number :: arguments.workers] for number in range(arguments.workers)]
     with ThreadPoolExecutor(arguments.workers) as pool:
         for each in [pool.submit(judge.judge_all, part, until) for part in parts]:
             each.result()
-    return _result(list(_read(log).values()), is_read=not chosen)
+    judged = [each for name, each in _read(log).items() if is_of_it(name)]
+    return _result(judged, is_read=not chosen)
+
+
+def _sample(
+    arguments: argparse.Namespace,
+) -> tuple[Sequence[tuple[str, Mutant]], Callable[[str], bool]]:
+    """Return what is to be tried, and whether one by a name is to be counted."""
+    if not arguments.since:
+        return _chosen(arguments.rooms, arguments.count, arguments.seed), lambda _: True
+    changed = _changed(arguments.rooms, arguments.since)
+    return changed, {str(mutant) for _, mutant in changed}.__contains__
 
 
 def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
@@ -102,13 +120,28 @@ def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Muta
 
     They are drawn by their names, so that code which changes elsewhere leaves the others chosen.
     """
-    found = mutants_in(ROOT, {room: ROOMS[room] for room in rooms})
+    found = _mutants_in(rooms)
 
     def lot(mutant: Mutant) -> bytes:
         return hashlib.sha256(f"{seed} {mutant}".encode()).digest()
 
     drawn = [[(room, each) for each in sorted(mutants, key=lot)] for room, mutants in found.items()]
     return [each for each in chain(*zip_longest(*drawn)) if each is not None][:count]
+
+
+def _changed(rooms: Sequence[str], since: str) -> list[tuple[str, Mutant]]:
+    """Return those that are in lines changed since a commit."""
+    lines = changed_lines(ROOT, since)
+    return [
+        (room, each)
+        for room, mutants in _mutants_in(rooms).items()
+        for each in mutants
+        if not lines.get(each.path, set()).isdisjoint(each.lines)
+    ]
+
+
+def _mutants_in(rooms: Sequence[str]) -> dict[str, list[Mutant]]:
+    return mutants_in(ROOT, {room: ROOMS[room] for room in rooms})
 
 
 def _listen(workers: int) -> None:

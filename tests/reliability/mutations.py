@@ -59,6 +59,8 @@ class Mutant(Struct, frozen=True, order=True):
     end: int
     before: str
     text: str
+    lines: tuple[int, ...] = ()
+    """Those it is in."""
 
     def __str__(self) -> str:
         """Its name, which stays when lines elsewhere come and go."""
@@ -99,7 +101,8 @@ def mutants_of(path: str, source: str) -> Iterator[Mutant]:
             written = f"({written})"
         before, function = source[begin:end], functions.get(node.lineno, "")
         alike[change := (function, _change(before, written))] += 1
-        yield Mutant(path, function, alike[change], begin, end, before, written)
+        lines = tuple(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+        yield Mutant(path, function, alike[change], begin, end, before, written, lines)
 
 
 def _change(before: str, text: str) -> str:

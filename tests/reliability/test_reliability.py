@@ -20,6 +20,7 @@ from tests.reliability import (
     planted,
     soak,
 )
+from tests.reliability.changed_lines import read_diff
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
@@ -67,6 +68,16 @@ def test_a_mutant_keeps_its_name_where_lines_come_and_go() -> None:
     ]
     moved = f"LIMIT = LEAST\n\n\n{source}"
     assert [str(each) for each in mutants_of("x.py", moved)] == names
+
+
+def test_mutants_of_changed_lines_are_those_that_a_diff_names() -> None:
+    diff = (
+        "--- a/x.py\n+++ b/x.py\n@@ -1 +1,2 @@ def f():\n-a = 1\n+a = 2\n+b = 3\n"
+        "@@ -9,2 +10,0 @@\n-c\n-d\n--- a/y.py\n+++ b/y.py\n@@ -0,0 +7 @@\n+++x\n"
+    )
+    assert read_diff(diff) == {"x.py": {1, 2}, "y.py": {7}}
+    lines = [each.lines for each in mutants_of("x.py", "a = 1\nb = (\n    a\n    + 2\n)\n")]
+    assert lines == [(1,), (3, 4), (4,)]
 
 
 @pytest.mark.slow
