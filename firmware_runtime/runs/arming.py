@@ -215,7 +215,10 @@ class Arming:
         return failed
 
     def between_steps(self, now: int, _left: int) -> None:
-        """Disarm after a takeover; arm as soon as all pre-arm checks pass, if that is wanted."""
+        """Disarm after a takeover; arm as soon as all pre-arm checks pass, if that is wanted.
+
+        A `safe-state` is said to have come, also to a run that was disarmed before.
+        """
         self._notice()
         if self.armed:
             return
@@ -223,7 +226,7 @@ class Arming:
             self._take_from_itself(self._begun_at, self._last_safe_state())
             self._begun_at = None
         if (epoch := self.epoch) != self._acknowledged:
-            if self.is_wanted and (is_requested(epoch) or self._is_suspended):
+            if is_requested(epoch) or (self.is_wanted and self._is_suspended):
                 self.is_wanted = self._is_suspended = False
                 self.reason = self._why_withdrawn()
                 self._log(f"stays disarmed: {self.reason}")

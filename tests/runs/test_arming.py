@@ -175,6 +175,22 @@ def test_of_two_safe_states_the_later_one_counts_for_requests() -> None:
     assert not rig.arming.armed
 
 
+def test_a_safe_state_after_the_guard_was_first_is_why_it_is_off() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.take_right(3)
+    rig.arming.between_steps(1, 0)
+    rig.take_right(-4)
+    for now in (2, 3):
+        rig.arming.between_steps(now, 0)
+    why = "safe-state took its right to drive"
+    assert rig.logged[-2:] == [
+        "disarmed: the guard took over, because this process seemed dead",
+        f"stays disarmed: {why}",
+    ]
+    assert (rig.arming.reason, rig.cells) == (why, (0, -4))
+
+
 def test_a_safe_state_from_before_it_was_called_for_is_over() -> None:
     rig = Rig(at_start=True, safe_state_at=BEGUN_AT)
     rig.arming.between_steps(0, 0)
