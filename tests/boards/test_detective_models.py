@@ -242,6 +242,17 @@ def test_a_head_that_has_turned_back_stands_at_a_stop_for_a_stated_time() -> Non
     assert [each.rate_deg_s for each in found] == [0.0, -50.0, 0.0, 0.0, -50.0]
 
 
+def test_a_head_whose_motor_failed_amid_its_turn_stands_at_no_stop_because_it_was_slow() -> None:
+    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0, at_stop=SECOND))
+    head.put(10, motor=CLOCKWISE, applied=Applied.ALL, body=0)
+    head.put(12, motor=COUNTERCLOCKWISE)
+    assert turned(head, 20, [173, 179]) == [(0.0, 173), (50.0, 179)]
+    head.put(55, applied=Applied.NOTHING)
+    assert turned(head, 60, [184]) == [(0.0, 184)]
+    head.put(75, applied=Applied.ALL)
+    assert turned(head, 80, [186, 191]) == [(0.0, 186), (50.0, 191)]
+
+
 def test_a_head_is_followed_from_the_body_that_carries_it_and_not_before_that_is_known() -> None:
     head = AtomicBench(HeadTurn("commanded_head", 50.0))
     head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL)

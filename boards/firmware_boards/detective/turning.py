@@ -155,6 +155,7 @@ class HeadTurn(CommandedTurn):
         self.at_stop = at_stop
         self._sense = 0
         self._may_stand = self._stands = True
+        self._was_cut_off = False
         self._stood_for = 0
         self._seen_deg: float | None = None
         self._body_deg: float | None = None
@@ -188,13 +189,18 @@ class HeadTurn(CommandedTurn):
         return is_near and (self._may_stand or self._stood_for <= self.at_stop)
 
     def _joins(self, heading_deg: float) -> bool:
-        """The same, with whether it stands by this heading and the last."""
+        """The same, with whether it stands by this heading and the last, if that is known.
+
+        A motor that was told to turn it, and did not at the last heading, has not for all the time.
+        """
         if self._body_deg is None:
             return False
         ahead_deg = (heading_deg - self._body_deg) % CIRCLE_DEG
         seen_deg, self._seen_deg = self._seen_deg, ahead_deg
         moved_deg = 0.0 if seen_deg is None else math.remainder(ahead_deg - seen_deg, CIRCLE_DEG)
-        self._stands = abs(moved_deg) < STANDS_DEG
+        if not self._was_cut_off:
+            self._stands = abs(moved_deg) < STANDS_DEG
+        self._was_cut_off = self._sense != 0 and not self._is_applied
         if not self._stands:
             self._stood_for = 0
         return super()._joins(ahead_deg)
