@@ -81,6 +81,18 @@ class DetectiveRig(BoardRig):
     """Not the radar's sonar: an echo that stops the head, and that no other hears, ends it."""
 
     @property
+    def also_in(self) -> tuple[str, ...]:
+        """Its target on the other side, or its head at the other end, in an empty arena."""
+        world = self._settings.world
+        if any((world.obstacles, world.walls, world.low_obstacles, world.low_walls)):
+            return ()
+        x, y = world.target
+        return (
+            f"world.target={[2 * world.start[0] - x, y]}",
+            f"world.head_start_deg={-world.head_start_deg}",
+        )
+
+    @property
     def borne(self) -> Mapping[str, float]:
         """Rad and m, where it drives straight on: it turns to what its radar sees after that."""
         probe = self._probe
