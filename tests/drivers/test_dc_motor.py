@@ -67,6 +67,14 @@ AHEAD = "100 drive=0.25; turns is ahead 0.25"
         "a chip that lost its supply is found in a second and brought up": (
             f"{AHEAD}; power cycle; 1200; turns is ahead 0.25; consecutive is 1"
         ),
+        "a fault after two commands that were taken is the first in a row": (
+            f"{AHEAD}; refuse 1; 200 drive=0.5; 300; turns is ahead 0.5; 400 drive=0.25; 410; "
+            "refuse 1; 500 drive=0.5; 600; turns is ahead 0.5; consecutive is 1 1"
+        ),
+        "a fault after one command that was taken is the second in a row": (
+            f"{AHEAD}; refuse 1; 200 drive=0.5; 240; turns is ahead 0.5; "
+            "refuse 1; 245 drive=0.25; 300; turns is ahead 0.25; consecutive is 1 2"
+        ),
     }
 )
 def test_a_motor(bench: Bench, lines: str) -> None:

@@ -16,7 +16,9 @@ class Radar(Pca9685Bench):
     def __init__(self, longest_turn: int = NEVER, duty: float = 0.25) -> None:
         settings = RadarMotorSettings(duty=duty, frequency_hz=1000.0, longest_turn=longest_turn)
         super().__init__(
-            lambda chip, _: RadarMotor("motor1", HBridge(chip, PWM, IN1, IN2), settings)
+            lambda chip, interlock: RadarMotor(
+                "motor1", HBridge(chip, PWM, IN1, IN2), settings, interlock
+            )
         )
 
     @property
@@ -90,6 +92,18 @@ def test_a_head_that_turns_for_too_long_is_switched_off() -> None:
     radar = Radar(longest_turn=5 * SECOND)
     radar.play("1000 turn=1; 5999; turns is ahead; 6000; off is True")
     assert radar.reasons == "motor1: no command for 5 s; stopped"
+
+
+def test_a_signal_that_waited_for_outputs_holds_for_as_long_as_one_that_did_not() -> None:
+    radar = Radar(longest_turn=SECOND)
+    radar.play("switch; 100 turn=1; 3000; turns is off; switch; 3100; turns is ahead")
+    radar.play("3900; turns is ahead; 4100; off is True; consecutive is 1")
+
+
+def test_a_turn_that_failed_and_is_written_again_is_no_younger_for_it() -> None:
+    radar = Radar(longest_turn=SECOND)
+    radar.play("100 turn=1; refuse 1; 800; turns is ahead; 1099; turns is ahead; 1101; off is True")
+    assert [fault.kind for fault in radar.faults] == ["NoAcknowledge", "NotReady"]
 
 
 def test_exit_leaves_all_channels_off(radar: Radar) -> None:

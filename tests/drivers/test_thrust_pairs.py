@@ -66,6 +66,9 @@ AGAIN = "forces=(0.1,0.1,0.1,0.1)"
             f"{TENTHS_AT_100}; 110 enable=False; off is True; 115 {AGAIN}; off is True; "
             f"150 enable=True; off is True; 160 {AGAIN}; off is False; consecutive is ()"
         ),
+        "enabled while they turn they turn on, for no longer than forces hold": (
+            f"{TENTHS_AT_100}; 140 enable=True; off is False; 149; off is False; 150; off is True"
+        ),
         "a force that is no number switches off": (
             f"{TENTHS_AT_100}; 110 forces=(0.1,1e999,0.1,0.1); off is True; consecutive is 1"
         ),
@@ -89,6 +92,13 @@ AGAIN = "forces=(0.1,0.1,0.1,0.1)"
 )
 def test_forces_turn_the_propellers(bench: Bench, lines: str) -> None:
     bench.play(lines)
+
+
+def test_disabled_while_nothing_turns_they_write_nothing(bench: Bench) -> None:
+    bench.run(100)
+    before = bench.bus.transactions
+    bench.play("110 enable=False; 150; off is True")
+    assert bench.bus.transactions == before
 
 
 def test_the_end_of_forces_is_said_with_its_duties(bench: Bench) -> None:

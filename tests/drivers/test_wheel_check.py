@@ -44,6 +44,32 @@ def test_it_agrees_again_once_it_has_turned_as_told(wheel: WheelCheck) -> None:
     assert wheel.agrees
 
 
+@pytest.mark.parametrize(
+    ("speed", "counts", "is_shown"),
+    [(0.014, 7, False), (0.016, 8, True), (0.016, 5, False), (0.016, 6, True), (-0.016, -8, True)],
+)
+def test_it_agrees_again_from_eight_counts_on_of_which_it_has_turned_most(
+    wheel: WheelCheck, speed: float, counts: int, *, is_shown: bool
+) -> None:
+    assert wheel.agrees
+    wheel.take(230, HALF, 0.5)
+    with pytest.raises(Implausible):
+        wheel.take(230, HALF, 0.5)
+    wheel.take(230, HALF, speed)  # begins again
+    wheel.take(230 + counts, HALF, speed)
+    assert wheel.agrees is is_shown
+
+
+def test_what_it_was_told_to_and_fro_shows_nothing() -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 0)
+    wheel.agrees = False
+    count = 0
+    for number in range(24):  # 10 counts ahead and 6 back, of 16 that it was told both ways
+        wheel.take(count, SECOND // 50, (0.05, -0.03)[number % 2])
+        count += round((1.0, -0.6)[number % 2])
+    assert not wheel.agrees
+
+
 def test_few_counts_and_half_of_what_was_told_do_not_show_that_it_turns(wheel: WheelCheck) -> None:
     wheel.take(230, HALF, 0.5)
     with pytest.raises(Implausible):

@@ -57,6 +57,27 @@ def test_what_gains_speed_while_it_is_braked_is_given_up_the_second_time() -> No
     )
 
 
+def test_what_is_a_little_slower_in_between_is_given_up_too() -> None:
+    bench = Bench()
+    bench.drive(0, 600, 0.5, rate=-1.0)
+    bench.drive(600, 1100, 0.5, rate=-0.7)
+    bench.drive(1100, 3000, 0.5, rate=-0.7)
+    assert bench.said["contradiction"] != []
+
+
+def test_what_is_braked_within_its_noise_is_not_slower() -> None:
+    bench = Bench()
+    for at in range(0, 2000, 20):  # less than twice `still` to and fro
+        bench.drive(at, at + 10, 0.5, rate=-1.0)
+        bench.drive(at + 10, at + 20, 0.5, rate=-1.0 + 0.055)
+    assert next(moves for _, moves in bench.said["moves"]) is False
+    slower = Bench()
+    for at in range(0, 2000, 20):
+        slower.drive(at, at + 10, 0.5, rate=-1.0)
+        slower.drive(at + 10, at + 20, 0.5, rate=-1.0 + 0.065)
+    assert slower.said["moves"] == []
+
+
 def test_what_is_half_as_fast_in_between_is_tried_again_for_ever() -> None:
     bench = Bench()
     for begin in range(0, 9000, 1000):

@@ -49,7 +49,7 @@ def test_it_reports_that_no_position_was_believed_once_for_each_stage() -> None:
     bench = AtomicBench(PositionWatch("watch", PATIENCE))
     bench.put(1000, fix=FIX)
     bench.run(7000)
-    assert [(fault.kind, fault.reason) for _, fault in bench.said["fault"]] == [
-        ("NotReady", "watch: no position was believed for 0.25 s; expected one that agrees"),
-        ("NotReady", "watch: no position was believed for 1 s; expected one that agrees"),
+    none = "watch: no position was believed for {} s; expected one that agrees"
+    assert [(fault.kind, fault.reason, fault.consecutive) for _, fault in bench.said["fault"]] == [
+        ("NotReady", none.format(span), 1) for span in ("0.25", "1")
     ]

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
-from firmware_runtime.runs.fault_test import quoted, source_of, sources_of
+from firmware_runtime.runs.fault_test import FaultTest, quoted, source_of, sources_of
 from firmware_runtime.runs.open_board import OpenBoard
 from sim_doubles.commands.faults_as_test import Script, script_of, text_of_test, what_is_noticed
 from sim_doubles.testing.broken import assert_ends_off, assert_noticed, noticed
@@ -161,6 +161,20 @@ def test_a_fault_that_comes_again_and_again_is_one_line_of_a_script() -> None:
     assert eval(f"[{script}]", {"Strike": Strike}) == [*again]  # noqa: S307 -- what was written
     for others in ([], [nack], [nack, push], [*again, push], [nack, nack, nack.again(2, 1.0)[1]]):
         assert sources_of(others) == [source_of(each) for each in others]
+
+
+@pytest.mark.parametrize(
+    ("faults", "written"),
+    [
+        ((), "FAULTS: list[Strike] = []\n"),
+        ((Strike("push"),), 'FAULTS = [\n    Strike("push", at_s=0.0),\n]\n'),
+    ],
+)
+def test_a_script_may_have_no_fault(faults: tuple[Strike, ...], written: str) -> None:
+    test = FaultTest(
+        name="that_day", title="T", about="A", imported="", faults=faults, body=["pass"]
+    )
+    assert written in test.text()
 
 
 def test_a_name_with_quotes_is_a_text_of_python() -> None:
