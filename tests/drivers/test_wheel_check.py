@@ -62,11 +62,10 @@ def test_it_agrees_again_from_eight_counts_on_of_which_it_has_turned_most(
 
 def test_what_it_was_told_to_and_fro_shows_nothing() -> None:
     wheel = WheelCheck("treads", "left", 1000.0, 0)
+    assert wheel.agrees
     wheel.agrees = False
-    count = 0
-    for number in range(24):  # 10 counts ahead and 6 back, of 16 that it was told both ways
-        wheel.take(count, SECOND // 50, (0.05, -0.03)[number % 2])
-        count += round((1.0, -0.6)[number % 2])
+    for number in range(24):  # in ten reports 6 counts, of 5 ahead and 3 back
+        wheel.take(round(0.6 * number), SECOND // 50, (0.05, -0.03)[number % 2])
     assert not wheel.agrees
 
 
