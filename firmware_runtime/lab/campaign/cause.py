@@ -14,6 +14,8 @@ _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
+_STANDS: Final = frozenset({"freeze", "freeze-axis"})
+"""Kinds of a sensor that stands still, and says so to none."""
 _DRIVEN: Final = frozenset({_FULL_ON, "ignored"})
 """Kinds that keep an output on."""
 
@@ -60,6 +62,10 @@ class Cause:
             for kind, each in zip(kinds, strikes, strict=True)
             if kind.fails
         ]
+        self.standing = [
+            (each.device, end_of(each.at, each.span)) for each in strikes if each.kind in _STANDS
+        ]
+        """Sensors that stand still, by name, and until when."""
         self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self.drives = any(kind.of == "actuator" for kind in kinds)
         self.turns_it = any(kind.name == _FULL_ON for kind in kinds)

@@ -8,19 +8,21 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.lab.campaign.evenly import OTHER, spread
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.space import Case, Space
+from firmware_runtime.lab.campaign.space import Case, Space, is_of_a_bit
 
 _RUNS_PER_SECOND: Final = 2
 """For one run of a whole mission so many others come for each of its seconds. Those that go on, and
 faults again and again, take about a quarter of a campaign's time until each has been tried."""
+_BITS_A_TURN: Final = 4
+"""So many times as many as of others come of a kind that inverts a bit, or a byte, of many."""
 
 
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
     """Yield all numbers of a space, spread evenly, `most` faults and all pairs.
 
-    Each kind of each device has as many as any other, as far as it has so many: a sensor that is
-    read often would leave next to none to a motor. Those of one are spread evenly over its
-    transactions. Cases that are alike come together.
+    Each kind of each device has as many as any other, as far as it has so many, but for bits and
+    bytes: a sensor that is read often would leave next to none to a motor. Those of one are spread
+    evenly over its transactions. Cases that are alike come together.
     """
     count = space.pairs_from if most is None else min(most, space.pairs_from)
     pairs = len(space) - space.pairs_from
@@ -55,19 +57,24 @@ def _with_series(space: Space) -> Iterator[int]:
 def _courses(space: Space) -> Iterator[int]:
     seen = bytearray(space.singles)
     by_fault = space.by_fault()
-    orders = [
-        map(by_fault[place].__getitem__, spread(len(by_fault[place]), place * OTHER))
-        for place in spread(len(by_fault))
-    ]
-    while orders:
-        for order in tuple(orders):
-            first = next((number for number in order if not seen[number]), None)
-            if first is None:
-                orders.remove(order)
-                continue
-            for number in space.alike(first):
-                seen[number] = 1
-                yield number
+    turns = []
+    for place in spread(len(by_fault)):
+        numbers = by_fault[place]
+        of_bits = is_of_a_bit(KINDS[space[numbers[0]].strikes[0].kind])
+        begin = 0 if of_bits else place * OTHER  # as its bits are in turn
+        order = map(numbers.__getitem__, spread(len(numbers), begin))
+        turns.append((order, _BITS_A_TURN if of_bits else 1))
+    while turns:
+        for turn in tuple(turns):
+            order, times = turn
+            for _ in range(times):
+                first = next((number for number in order if not seen[number]), None)
+                if first is None:
+                    turns.remove(turn)
+                    break
+                for number in space.alike(first):
+                    seen[number] = 1
+                    yield number
 
 
 def _is_failure(case: Case) -> bool:

@@ -13,7 +13,7 @@ import copy
 from collections.abc import Sequence
 from typing import Final
 
-from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
@@ -37,6 +37,8 @@ _FALLS_WITHIN: Final = 2 * SECOND
 _BORNE: Final = "it was pushed by no more than it bears"
 _MUTE: Final = SECOND
 """A robot that is off is safe, and may take longer to say why."""
+_OUTLASTS: Final = 300 * MILLISECOND
+"""A lasting fault goes on for so long while its run is ended, or half as long as that is tried."""
 
 
 class Judge:
@@ -348,17 +350,20 @@ class Judge:
         return self._cause.is_of_readings and {*self._cause.devices} <= {*stated.bears_reading_of}
 
     def closed(self) -> Verdict:
-        """End the faults and the run, and judge that."""
+        """End the run amid its faults, and judge that."""
         robot, at = self._watched.robot, self._watched.at
         verdict = self._verdict(SOUND, "", at)
         seldom = self._slowed(at)
-        robot.clear_faults()
+        hardware = self._watched.session.hardware
+        tried_for = seconds(robot.board.settings.executive.switch_off_s)
+        hardware.struck.end(hardware.world_now() + min(_OUTLASTS, tried_for // 2))
         try:
             ended = robot.close()
         except HalError as error:
             return self._verdict("on", f"at the end {text_of(error)}", at)
         except FirmwareRuntimeError as error:
             return self._verdict("crash", text_of(error), at, where_raised(error))
+        robot.clear_faults()
         figures = robot.statistics if ended is None else ended.statistics
         found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True) or seldom
         return verdict if found is None else self._verdict(*found, at)

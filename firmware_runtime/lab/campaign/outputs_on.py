@@ -7,7 +7,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.failures import Failures
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.watched import Lasting, Look, Watched
+from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
 
 _AGAIN: Final = 2 * SECOND
 """One that reports no more for so long has stopped to do so."""
@@ -34,6 +34,7 @@ class OutputsOn:
         self._off_within = {name: span for name, span in off_within if name in names}
         self._off_after = {path: span for path, span in off_within if path not in names}
         """Ns after which outputs are off where a device fails, and where a model has reported."""
+        self._healed = healthy.stated.healed
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
         self._reporting = {path: (most, Lasting()) for path, most in ends_within.items()}
         """Models whose lasting fault has to end the run: ns within which, and since when."""
@@ -46,6 +47,7 @@ class OutputsOn:
             self._disarmed(look)
             or self._blind(look)
             or self._driven_on(look)
+            or self._believed_again(look)
             or self._again_and_again(look)
             or self._held(look)
         )
@@ -53,8 +55,11 @@ class OutputsOn:
     def may_be_wrong(self, look: Look) -> bool:
         """Whether they are on, and will have to be off soon.
 
-        As a model has reported, or a device fails.
+        As a model has reported, or a device fails; or they may come on again, by a sensor that it
+        brings up and believes though it stands still.
         """
+        if any(look.at - said.at <= self._healed for _, said in self._found_to_stand(look)):
+            return True
         if not look.is_on or look.at < self._reached_from:
             return False
         is_blind = any(
@@ -106,6 +111,20 @@ class OutputsOn:
             said = self._watched.said(self._cause.said_from, path)
             if said is not None and self.off_at < said.at:
                 yield path, max(said.at, begin), most
+
+    def _found_to_stand(self, look: Look) -> Iterator[tuple[str, Said]]:
+        """Yield each sensor that it needs, that stands still and has said so, and what it said."""
+        for device, end in self._cause.standing:
+            said = self._watched.said(self._cause.said_from, device)
+            if device in self._off_within and look.at <= end and said is not None:
+                yield device, said
+
+    def _believed_again(self, look: Look) -> tuple[str, str] | None:
+        """A robot that was off since it knew that a sensor stands still, and is driven by it."""
+        for device, said in self._found_to_stand(look) if look.is_on else ():
+            if said.at < self.off_at:
+                return "on", f"{device} reported {said.kind}, is as it was, and drives it again"
+        return None
 
     def _again_and_again(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on by what does not do as it is told, as it says itself."""

@@ -33,7 +33,7 @@ from firmware_runtime.hal.strike import (
     Place,
     Strike,
 )
-from firmware_runtime.lab.campaign.evenly import BITS, GOLDEN, OTHER, number_of
+from firmware_runtime.lab.campaign.evenly import BITS, GOLDEN, OTHER, number_of, spread
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.watched import EVERY
@@ -46,6 +46,8 @@ _MOST_AGAIN: Final = 12
 """How often a fault comes, at most, that does so again and again."""
 _BETWEEN: Final = 500 * MILLISECOND
 """Beside what its rig says that it takes to heal."""
+_STRIDE: Final = 13
+"""From a bit, or byte, to that of the next fault in turn: eight of them are each of one byte."""
 
 
 _Key: TypeAlias = tuple[str, int | None, bool, bool]
@@ -141,6 +143,8 @@ class Space(Sequence[Case]):
 
         A push is as large as the robot bears, where it says that; every second one the other way.
         """
+        if is_of_a_bit(kind):
+            return float(_STRIDE * self._turns[use])
         if kind.is_numbered:
             return float(number_of(use))
         if kind.of != "world" or kind.amount is None:
@@ -195,6 +199,19 @@ class Space(Sequence[Case]):
                 number += 1
         return list(found.values())
 
+    @cached_property
+    def _turns(self) -> dict[int, int]:
+        """When it is the turn of each use that reads, by its number, among those of its chip."""
+        reading: dict[tuple[str, int | None], list[int]] = {}
+        for number, use in enumerate(self.found.uses):
+            if use.use.reads:
+                reading.setdefault((use.line, use.use.address), []).append(number)
+        return {
+            numbers[place]: turn
+            for numbers in reading.values()
+            for turn, place in enumerate(spread(len(numbers)))
+        }
+
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
         key = _key(use)
         if key not in self._by_use:
@@ -242,6 +259,11 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
 def _key(use: UseOfLine) -> _Key:
     """Return what is equal for uses in which the same faults show."""
     return use.line, use.use.address, use.use.reads, use.use.writes
+
+
+def is_of_a_bit(kind: Kind) -> bool:
+    """Return whether it inverts one bit, or one byte, of what is read: there are many of them."""
+    return kind.is_numbered and kind.of == "I2C"
 
 
 def _is_small(form: Form) -> bool:
