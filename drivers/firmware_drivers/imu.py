@@ -41,6 +41,7 @@ class Imu(HardwareModel):
         super().__init__(name, chip.bring_up, chip.line, period)
         self.sample = self.out_port("sample", InertialSample)
         self.chip = chip
+        self.chip.read_every(period)
         self.period = period
         self.bias = NO_BIAS
         """Bias of the rate, in rad/s; none until it has been measured."""

@@ -200,67 +200,74 @@ def test_what_goes_straight_has_a_rate_of_zero_where_nothing_else_tells() -> Non
 
 
 def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> None:
-    head = AtomicBench(HeadTurn("commanded_head", 50.0))
+    head = AtomicBench(HeadTurn("commanded_head", 250.0))
     head.put(10, motor=CLOCKWISE, applied=Applied.ALL, body=0)
     assert turned(head, 20, [0, 0, 0]) == []
-    assert turned(head, 80, [357, 354, 354, 354]) == [(0.0, 357), (-50.0, 354), (0.0, 354)]
+    assert turned(head, 80, [357, 354, 354, 354]) == [(0.0, 357), (-250.0, 354), (0.0, 354)]
     head.put(165, motor=COUNTERCLOCKWISE)
-    assert turned(head, 180, [354, 354]) == [(0.0, 354), (50.0, 354)]
+    assert turned(head, 180, [354, 354]) == [(0.0, 354), (250.0, 354)]
     head.put(225, motor=STILL)
     assert turned(head, 240, [358, 0]) == [(0.0, 358)]
     head.put(285, motor=COUNTERCLOCKWISE)
     assert turned(head, 300, [0, 0, 0]) == []
     head.put(365, motor=CLOCKWISE)
-    assert turned(head, 380, [0, 0]) == [(0.0, 0), (-50.0, 0)]
+    assert turned(head, 380, [0, 0]) == [(0.0, 0), (-250.0, 0)]
 
 
 @pytest.mark.parametrize(
     ("body_deg", "motor", "share"),
     [
-        (1, CLOCKWISE, -50.0),
-        (1, COUNTERCLOCKWISE, 50.0),
+        (1, CLOCKWISE, -250.0),
+        (1, COUNTERCLOCKWISE, 250.0),
         (350, CLOCKWISE, 0.0),
-        (350, COUNTERCLOCKWISE, 50.0),
+        (350, COUNTERCLOCKWISE, 250.0),
         (330, COUNTERCLOCKWISE, 0.0),
-        (330, CLOCKWISE, -50.0),
+        (330, CLOCKWISE, -250.0),
     ],
 )
 def test_a_head_may_stand_near_the_stop_only_that_it_turns_towards(
     body_deg: int, motor: int, share: float
 ) -> None:
-    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0))
+    head = AtomicBench(HeadTurn("commanded_head", 250.0, stop_deg=190.0))
     head.put(10, motor=motor, applied=Applied.ALL, body=body_deg)
     found = turned(head, 20, [160, 160, 160])
     assert [each.rate_deg_s for each in found] == ([0.0, share, share] if share else [])
 
 
 def test_a_head_that_has_turned_back_stands_at_a_stop_for_a_stated_time() -> None:
-    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0, at_stop=60 * MILLISECOND))
+    head = AtomicBench(HeadTurn("commanded_head", 250.0, stop_deg=190.0, at_stop=60 * MILLISECOND))
     head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL, body=0)
     head.put(20, motor=CLOCKWISE)
     found = turned(head, 30, [180, 174, 170, 170, 170, 170, 170, 170])
-    assert [each.rate_deg_s for each in found] == [0.0, -50.0, 0.0, 0.0, -50.0]
+    assert [each.rate_deg_s for each in found] == [0.0, -250.0, 0.0, 0.0, -250.0]
+
+
+def test_a_head_that_is_looked_at_often_does_not_stand_for_turning_little_meanwhile() -> None:
+    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0))
+    head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL, body=1)
+    found = turned(head, 20, [182, 183, 184, 185, 186, 187, 188, 189])
+    assert [each.rate_deg_s for each in found] == [0.0, 50.0, 50.0, 50.0, 50.0]
 
 
 def test_a_head_whose_motor_failed_amid_its_turn_stands_at_no_stop_because_it_was_slow() -> None:
-    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0, at_stop=SECOND))
+    head = AtomicBench(HeadTurn("commanded_head", 250.0, stop_deg=190.0, at_stop=SECOND))
     head.put(10, motor=CLOCKWISE, applied=Applied.ALL, body=0)
     head.put(12, motor=COUNTERCLOCKWISE)
-    assert turned(head, 20, [173, 179]) == [(0.0, 173), (50.0, 179)]
+    assert turned(head, 20, [173, 179]) == [(0.0, 173), (250.0, 179)]
     head.put(55, applied=Applied.NOTHING)
     assert turned(head, 60, [184]) == [(0.0, 184)]
     head.put(75, applied=Applied.ALL)
-    assert turned(head, 80, [186, 191]) == [(0.0, 186), (50.0, 191)]
+    assert turned(head, 80, [186, 191]) == [(0.0, 186), (250.0, 191)]
 
 
 def test_a_head_is_followed_from_the_body_that_carries_it_and_not_before_that_is_known() -> None:
-    head = AtomicBench(HeadTurn("commanded_head", 50.0))
+    head = AtomicBench(HeadTurn("commanded_head", 250.0))
     head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL)
     assert turned(head, 20, [100, 110]) == []
     head.put(65, body=350)
     assert turned(head, 70, [120, 130]) == [(0.0, 140)]
     head.put(115, body=30)
-    assert turned(head, 120, [180, 190]) == [(50.0, 150), (50.0, 160)]
+    assert turned(head, 120, [180, 190]) == [(250.0, 150), (250.0, 160)]
 
 
 HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})

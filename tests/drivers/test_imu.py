@@ -43,6 +43,9 @@ class ScriptedMpu9250(ScriptedChip):
         self.stuck_field: Stuck | None = None
         self.is_magnetometer_alive = True
 
+    def read_every(self, period: int) -> None:
+        self.period = period
+
     def bring_up(self) -> tuple[Step, ...]:
         wait = 15 * MILLISECOND
         return (Step("identify", lambda: self.answer("step", self.steps), wait),)

@@ -9,6 +9,7 @@ from firmware_drivers.chips.mpu9250_burst import NO_BIAS
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.step import duration_ns
 
+from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits, wire_bytes
 from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
@@ -297,6 +298,17 @@ def test_the_magnetometer_is_fetched_at_most_as_often_as_it_measures(
     assert settings.faults() == ()
     assert settings.samples_a_fetch() == samples
     assert sample_hz / samples <= 100
+
+
+@pytest.mark.parametrize(
+    ("sample_hz", "period_ms", "readings"),
+    [(200, None, 2), (1000, None, 10), (200, 10, 2), (1000, 10, 2), (1000, 20, 1), (100, 5, 1)],
+)
+def test_a_fetch_is_in_no_more_readings_than_are_made_meanwhile(
+    sample_hz: int, period_ms: int | None, readings: int
+) -> None:
+    period = None if period_ms is None else period_ms * MILLISECOND
+    assert Mpu9250Settings(sample_hz=sample_hz).readings_a_fetch(period) == readings
 
 
 def test_settings_become_the_registers_of_the_map() -> None:

@@ -13,7 +13,7 @@ from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE
 
 from firmware_boards.detective.settings import TurnCheckTable
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.models.cross_check import (
     CrossCheck,
     CrossCheckSettings,
@@ -25,7 +25,9 @@ from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
 STANDS_DEG: Final = 3.0
-"""From one heading to the next less than this is no turn, by two compasses in whole degrees."""
+"""Less than this is no turn, by two compasses in whole degrees."""
+TELLS_DEG: Final = 5.0
+"""From a turn of so much on, as it is commanded, headings tell whether it stands."""
 NEAR_DEG: Final = 10.0
 """So far from an end stop, by two compasses, a head may be at it; its two may be 20 apart."""
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
@@ -156,13 +158,18 @@ class HeadTurn(CommandedTurn):
         self._sense = 0
         self._may_stand = self._stands = True
         self._was_cut_off = False
+        """Whether its motor did not obey at the last heading, and so has turned for less time."""
         self._stood_for = 0
         self._seen_deg: float | None = None
+        self._told_from_deg = 0.0
+        """The heading by which it was last told whether it stands."""
+        self._since_told = 0
         self._body_deg: float | None = None
 
     def external(self, elapsed: int) -> None:
         """The same, with how long it stands."""
         self._stood_for += elapsed
+        self._since_told += elapsed
         super().external(elapsed)
 
     def take_commands(self) -> None:
@@ -189,21 +196,31 @@ class HeadTurn(CommandedTurn):
         return is_near and (self._may_stand or self._stood_for <= self.at_stop)
 
     def _joins(self, heading_deg: float) -> bool:
-        """The same, with whether it stands by this heading and the last, if that is known.
-
-        A motor that was told to turn it, and did not at the last heading, has not for all the time.
-        """
+        """The same, with whether it stands."""
         if self._body_deg is None:
             return False
         ahead_deg = (heading_deg - self._body_deg) % CIRCLE_DEG
-        seen_deg, self._seen_deg = self._seen_deg, ahead_deg
-        moved_deg = 0.0 if seen_deg is None else math.remainder(ahead_deg - seen_deg, CIRCLE_DEG)
-        if not self._was_cut_off:
-            self._stands = abs(moved_deg) < STANDS_DEG
-        self._was_cut_off = self._sense != 0 and not self._is_applied
-        if not self._stands:
-            self._stood_for = 0
+        was_cut_off, self._was_cut_off = (
+            self._was_cut_off,
+            self._sense != 0 and not self._is_applied,
+        )
+        if self._seen_deg is None or was_cut_off:
+            self._told_from_deg, self._since_told = ahead_deg, 0
+        self._seen_deg = ahead_deg
+        if not was_cut_off:
+            self._tell_whether_it_stands(ahead_deg)
         return super()._joins(ahead_deg)
+
+    def _tell_whether_it_stands(self, ahead_deg: float) -> None:
+        """By this heading, once it has turned, or was to turn by enough since another one."""
+        stands = abs(math.remainder(ahead_deg - self._told_from_deg, CIRCLE_DEG)) < STANDS_DEG
+        is_to_turn_deg = self.full_deg_s * abs(self._sense) * self._since_told / SECOND
+        if stands and 0.0 < is_to_turn_deg < TELLS_DEG:
+            return
+        self._stands = stands
+        self._told_from_deg, self._since_told = ahead_deg, 0
+        if not stands:
+            self._stood_for = 0
 
 
 def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:

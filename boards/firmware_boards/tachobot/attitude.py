@@ -57,7 +57,9 @@ class Attitude(Atomic):
     then may have lied about that from the beginning: then yaw zero is not known, and the run ends.
     """
 
-    def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
+    def __init__(
+        self, name: str, compass_time_constant: int, *, enabled: bool, gap: int = GAP
+    ) -> None:
         super().__init__(name)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
@@ -68,6 +70,7 @@ class Attitude(Atomic):
         self.ended = self.out_port("ended", Ending)
         self.compass_time_constant = compass_time_constant
         self.enabled = enabled
+        self.gap = gap
         self.is_trusted = True
         self._doubted_for = 0
         self._ending = _UNKNOWN_ZERO
@@ -132,7 +135,7 @@ class Attitude(Atomic):
             return Motion(0.0, rate)
         yaw, rate_before = self.motion
         self._since_gap += elapsed
-        if elapsed > GAP:
+        if elapsed > self.gap:
             rate_before = rate  # the one before it may have been the first of a lie
             if 0 < self._headings < FIELDS_AVERAGED:
                 self._headings, self._heading_at_zero = FIELDS_AVERAGED, self._heading_at_rest
@@ -159,6 +162,11 @@ class Attitude(Atomic):
         return 0.0
 
 
+def gap_of(settings: ControllerSettings) -> int:
+    """Ns without a sample that are a gap: GAP, and two periods at the least."""
+    return max(GAP, 2 * seconds(settings.period_s))
+
+
 def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, InertialSample]:
     """The gyro's yaw against the compass': either may read what no longer is."""
     stated = settings.compass_check
@@ -171,7 +179,7 @@ def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, In
         CrossCheckSettings(
             quantity="heading (rad, compass less gyro)",
             windows=tuple(sorted(windows)),
-            pause=GAP,
+            pause=gap_of(settings),
             share=stated.share,
             circle=math.tau,
         ),

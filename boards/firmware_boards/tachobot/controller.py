@@ -9,7 +9,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_boards.tachobot.allocation import Allocation
-from firmware_boards.tachobot.attitude import Attitude, heading_check
+from firmware_boards.tachobot.attitude import Attitude, gap_of, heading_check
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import ControllerSettings, FreeSettings
 from firmware_runtime.devs.ports import OutPort
@@ -47,7 +47,10 @@ class Controller(PidController[Pid]):
         is_free = isinstance(settings, FreeSettings)
         compass = seconds(settings.compass_time_constant_s)
 
-        attitude = self.attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
+        gap, is_enabled = gap_of(settings), not is_free
+        attitude = self.attitude = self.add(
+            Attitude("attitude", compass, enabled=is_enabled, gap=gap)
+        )
         yaw = self.yaw = self.add(Pid("yaw", self._gains(settings.yaw), settings.yaw.reference_rad))
         timeout = POSITION_PERIODS * seconds(settings.period_s)
         allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))

@@ -13,7 +13,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_boards.tachobot.allocation import Allocation
-from firmware_boards.tachobot.attitude import Attitude, heading_check
+from firmware_boards.tachobot.attitude import Attitude, gap_of, heading_check
 from firmware_boards.tachobot.course import path_of
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
@@ -54,7 +54,8 @@ class TrackingController(PidController[TrackingPid]):
         estimates = settings.position.estimator(control.period_s)
         period, limits = seconds(settings.trajectory.period_s), settings.trajectory.rejoin()
 
-        self.attitude = self.add(Attitude("attitude", compass, enabled=True))
+        gap = gap_of(control)
+        self.attitude = self.add(Attitude("attitude", compass, enabled=True, gap=gap))
         inertial = self.add(Inertial("inertial"))
         self.estimator = self.add(PositionEstimator("estimator", estimates))
         self.watch = self.add(PositionWatch("watch", settings.position.patience()))

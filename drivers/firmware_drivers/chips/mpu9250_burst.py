@@ -80,11 +80,12 @@ class InertialChecks:
     is new, or each is beyond the range.
     """
 
-    def __init__(self, place: str, settings: Mpu9250Settings) -> None:
+    def __init__(self, place: str, settings: Mpu9250Settings, period: int | None = None) -> None:
         self.stuck_field: tuple[str, float, int, str] | None = None
         self.without_field = 0
         """Readings in a row without a new and valid measurement."""
-        self._most_without_field = FETCHES_WITHOUT_FIELD * settings.samples_a_fetch()
+        repeats = settings.readings_a_fetch(period)
+        self._most_without_field = FETCHES_WITHOUT_FIELD * repeats
         self.inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
         self.gravity = MeanSquare(
             place,
@@ -94,9 +95,7 @@ class InertialChecks:
             limits=settings.mean_acceleration_g,
             readings=GRAVITY_READINGS,
         )
-        self.field = Liveness(
-            place, FIELD_AXES, (FIELD_NOISE_COUNTS,) * 3, repeats=settings.samples_a_fetch()
-        )
+        self.field = Liveness(place, FIELD_AXES, (FIELD_NOISE_COUNTS,) * 3, repeats=repeats)
 
     def restart(self) -> None:
         """Go on after a bring-up: what was stuck has yet to change."""

@@ -9,6 +9,7 @@ from firmware_drivers.chips.ak8963 import MEASUREMENT_HZ
 from firmware_drivers.chips.i2c_chip import choice_fault
 from firmware_drivers.chips.liveness import fresh_noise
 from firmware_drivers.chips.mounting import parse_mounting
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import SettingError
 
 INTERNAL_HZ: Final = 1000
@@ -97,3 +98,13 @@ class Mpu9250Settings(Struct, frozen=True, kw_only=True):
         that comes after that.
         """
         return math.ceil(self.sample_hz / MEASUREMENT_HZ)
+
+    def readings_a_fetch(self, period: int | None = None) -> int:
+        """Count the readings that one fetch may be in, at the most.
+
+        `period` is the ns from one reading to the next; None: each sample is read.
+        """
+        samples = self.samples_a_fetch()
+        if period is None:
+            return samples
+        return min(samples, 1 + samples * SECOND // (self.sample_hz * period))

@@ -52,6 +52,8 @@ class Rolling(Atomic):
         self._is_balancing = False
         self._drive = 0.0
         self._constant = 0.0
+        self._averages = Roll(0.0, 0.0)
+        """Since it balances: a drive that swings says little of the speed at any one instant."""
         self._acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._since_pitch = 0
         self._balanced_for = 0
@@ -83,21 +85,24 @@ class Rolling(Atomic):
             self.continue_(elapsed)
 
     def _go_on(self, pitch: float, elapsed: int) -> None:
-        acceleration, speed = self.roll
         by_motors = self._drive * self.full_speed_m_s
-        is_driven = self._is_balancing and self.applied is not Applied.NOTHING
-        self._balanced_for = self._balanced_for + elapsed if is_driven else 0
-        if self._balanced_for <= self.settling:
-            self._constant = speed - by_motors
-            self.roll = Roll(0.0, speed)
+        if not (self._is_balancing and self.applied is not Applied.NOTHING):
+            self._balanced_for, self._averages = 0, Roll(0.0, 0.0)
+            self.roll = Roll(0.0, self.roll.speed_m_s)
             return
+        self._balanced_for += elapsed
         along, _, up = self._acceleration
         cosine, sine = cos_sin(pitch)
         share = min(1.0, elapsed / self.smoothing)
-        self.roll = Roll(
-            acceleration + share * (along * cosine + up * sine - acceleration),
-            speed + share * (by_motors + self._constant - speed),
-        )
+        acceleration, speed = self._averages
+        acceleration += share * (along * cosine + up * sine - acceleration)
+        speed += share * (by_motors - speed)
+        self._averages = Roll(acceleration, speed)
+        if self._balanced_for <= self.settling:
+            self._constant = self.roll.speed_m_s - speed
+            self.roll = Roll(0.0, self.roll.speed_m_s)
+        else:
+            self.roll = Roll(acceleration, speed + self._constant)
 
 
 def rolling_check(stated: RollingCheckTable) -> CrossCheck[Roll, Roll]:

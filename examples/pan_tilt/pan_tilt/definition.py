@@ -9,9 +9,10 @@ from firmware_drivers.chips import ads1115
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, Recurring, bus_loads, device_faults, setting_fault
 from firmware_runtime.board.robot import Lines, Robot, absent_lines
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.hal.budget import BusLoad
 from pan_tilt.adafruit_eyes import GAINS
+from pan_tilt.follow_check import PATIENCE
 from pan_tilt.settings import EyesTable, PanTiltSettings
 from pan_tilt.wiring import INPUTS, PanTilt, chip_settings, servos_settings
 
@@ -29,6 +30,7 @@ def faults(settings: PanTiltSettings) -> list[str]:
     servos = settings.servos
     found = [
         *_adafruit_faults(settings.eyes),
+        *_period_faults(settings.eyes),
         *device_faults(devices(settings), settings.buses),
         *(f"eyes.{fault}" for fault in chip_settings(settings.eyes).faults()),
         *(f"servos.{fault}" for fault in servos_settings(servos).faults(servos.osc_hz)),
@@ -36,6 +38,14 @@ def faults(settings: PanTiltSettings) -> list[str]:
     # Chips and models judge the rest; they can only be built on buses that are there.
     absent = absent_lines(settings.buses)
     return found or setting_fault("eyes.period_s", lambda: PanTilt(settings, absent))
+
+
+def _period_faults(eyes: EyesTable) -> list[str]:
+    """What keeps a head that does not turn as told from being found."""
+    if seconds(eyes.period_s) < PATIENCE:
+        return []
+    expected = f"expected less than {PATIENCE / SECOND:g} s, in which the head has come nearer"
+    return [f"eyes.period_s: {eyes.period_s} s, {expected}"]
 
 
 def _adafruit_faults(eyes: EyesTable) -> list[str]:

@@ -26,14 +26,16 @@ class FollowCheck(Atomic):
 
     watching --difference? far--> doubting (PATIENCE) --fault!--> doubting
     doubting, for the tenth time in a row --fault!, ended!--> doubting
+    doubting, of one reading alone --> watching
     doubting --difference? nearer--> doubting, for PATIENCE again
     doubting --difference? near, follow? 0--> watching
 
     Nothing is expected of an axis that is disarmed, or at the end of its way, by the last `effect`;
-    but one that came to its end without coming nearer does not turn as it is told. A light that
-    goes out while the head is far from it, runs away faster than that turns, or is found beyond the
-    end, is reported, too. What is reported ten times in a row, for 2 s, ends the run: eyes that
-    lie, or an axis that does not turn, lead nowhere.
+    but one that came to its end without coming nearer does not turn as it is told. Nothing is said
+    of one reading alone: amid it a light may have gone out. A light that goes out while the head is
+    far from it, runs away faster than that turns, or is found beyond the end, is reported, too.
+    What is reported ten times in a row, for 2 s, ends the run: eyes that lie, or an axis that does
+    not turn, lead nowhere.
     """
 
     def __init__(self, name: str) -> None:
@@ -48,6 +50,8 @@ class FollowCheck(Atomic):
         self.far = self.nearest = 0.0
         """How far it is, and was when it came nearer last."""
         self._doubted_for = self._reports = 0
+        self._is_seen_again = False
+        """Whether a second reading has shown the difference, too."""
 
     def initialize(self) -> None:
         """Watch."""
@@ -55,6 +59,8 @@ class FollowCheck(Atomic):
 
     def output(self) -> None:
         """Report."""
+        if not self._is_seen_again:
+            return
         expected = f"nearer than {self.nearest:.3g} in {PATIENCE // MILLISECOND} ms"
         error = Implausible(self.path, "difference to the light", self.far, expected)
         self.fault.send(Fault.of(error, self._reports + 1))
@@ -63,6 +69,9 @@ class FollowCheck(Atomic):
 
     def internal(self) -> None:
         """Doubt on."""
+        if not self._is_seen_again:
+            self._watch()
+            return
         self._reports += 1
         self._doubt()
 
@@ -83,6 +92,7 @@ class FollowCheck(Atomic):
     def _compare(self, far: float) -> None:
         self.far = far
         is_new = self.phase == "watching"
+        self._is_seen_again = not is_new
         has_to_turn = self.applied is Applied.ALL or (self.applied is Applied.PART and not is_new)
         if far <= FAR or not has_to_turn:
             self._watch()

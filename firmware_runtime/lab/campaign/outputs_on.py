@@ -65,7 +65,7 @@ class OutputsOn:
         is_blind = any(
             device in self._off_within and look.at <= end for device, _, end in self._failures
         )
-        is_reported = any(self._goes_on(path, look) for path in self._reporting)
+        is_reported = any(self._said_lately(path, look) is not None for path in self._reporting)
         return is_blind or is_reported or any(True for _ in self._to_be_off(look))
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
@@ -127,19 +127,23 @@ class OutputsOn:
         return None
 
     def _again_and_again(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is driven on by what does not do as it is told, as it says itself."""
+        """A robot that is driven on by what does not do as it is told, as it says itself.
+
+        One that was off since the last report begins anew.
+        """
         for path, (most, lasting) in self._reporting.items():
-            span = lasting.span(look.at, is_so=self._goes_on(path, look))
-            if look.is_on and span > most:
+            said_at = self._said_lately(path, look)
+            span = lasting.span(look.at, is_so=said_at is not None)
+            if said_at is not None and self.off_at < said_at and look.is_on and span > most:
                 since = f"has reported again and again for {most / SECOND:g} s"
                 return "on", f"{path} {since}, and it is driven on"
         return None
 
-    def _goes_on(self, path: str, look: Look) -> bool:
-        """Whether a model has reported a moment ago."""
+    def _said_lately(self, path: str, look: Look) -> int | None:
+        """Return when a model has reported a moment ago; None where it has not."""
         most, _ = self._reporting[path]
         said = self._watched.said_last(path)
-        return said is not None and look.at - said.at <= min(_AGAIN, most)
+        return said.at if said is not None and look.at - said.at <= min(_AGAIN, most) else None
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
