@@ -442,6 +442,7 @@ NO_SIGN = {("cmps12", 0x02), ("srf08", 0x02)}
         ("mpu9250", 9, 6, (0x4A, 0x4C, 0x4E), "little"),
         ("mpu9250", 9, 9, (0x3B,), "big"),
         ("mpu9250", 9, 18, (0x3B,), "big"),
+        ("mpu9250", 9, 27, (0x3B,), "big"),
         ("srf08", 1, 0, (0x02, 0x02), "big"),
     ],
 )
@@ -472,6 +473,25 @@ def test_a_field_at_the_end_of_its_scale_is_said_to_overflow_as_the_chip_does(
     assert field[:2] == ([0xFF, 0x7F] if is_said else [0xD0, 0x07])  # of 0, and 2000
     assert bool(status & HOFL) == is_said
     assert len(bus.transaction(chip.address, (b"\x4a", 6))) == 6  # its status is not read
+    assert len(bus.transaction(chip.address, (b"\x4a", 9))) == 9
+
+
+def test_a_word_without_a_sign_has_its_greatest_number_at_the_end_of_its_scale() -> None:
+    chip, clock = chip_double("srf08"), ManualClock()
+    assert chip.address is not None
+    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+    bus.strike("full-scale", chip.address, Span(0, NEVER, once=False), 0)
+    assert bus.transaction(chip.address, (b"\x02", 2)) == b"\xff\xff"
+
+
+def test_a_use_of_a_bus_reads_or_writes_or_both() -> None:
+    chip, clock = chip_double("hmc5883l"), ManualClock()
+    assert chip.address is not None
+    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+    for messages in ((b"\x02\x00",), (b"\x02", 1), (1,)):
+        bus.transaction(chip.address, messages)
+    kinds = [(each.reads, each.writes) for each in bus.uses()]
+    assert kinds == [(True, False), (True, True), (False, True)]
 
 
 @pytest.mark.parametrize("broken", [0, 1, 3])
