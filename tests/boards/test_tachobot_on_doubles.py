@@ -235,6 +235,28 @@ def test_a_lift_whose_chip_failed_is_armed_again_and_nothing_turns_meanwhile() -
     assert yaw_rad(robot) == pytest.approx(1.0, abs=0.05)
 
 
+def test_it_comes_down_where_nothing_reaches_its_pairs_for_two_seconds() -> None:
+    robot = flown(4.5, "controller.mode=free")
+    strike(robot, NackAddress(address=THRUST, times=None))
+    robot.run(6.4)
+    assert robot.received["controller.attitude.ended"] == []
+    robot.run(6.6)
+    ((_, ending),) = robot.received["controller.attitude.ended"]
+    assert ending.failed
+    assert ending.reason.startswith("the thrust pairs have been out of reach for 2 s: i2c1 0x40")
+
+
+def test_pairs_that_were_out_of_reach_for_less_are_driven_again() -> None:
+    robot = flown(4.5, "controller.mode=free")
+    for until_s in (6.0, 8.0):
+        strike(robot, NackAddress(address=THRUST, times=None))
+        robot.run(until_s)
+        strike(robot)
+        robot.run(until_s + 0.5)
+        assert all(robot.rig.outputs.values())
+    assert robot.received["controller.attitude.ended"] == []
+
+
 def test_on_the_platform_one_pca9685_and_one_mpu9250_are_all_it_takes() -> None:
     robot = virtual_tachobot()
     spoken_to: set[int] = set()

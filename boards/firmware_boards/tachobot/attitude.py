@@ -65,7 +65,7 @@ class Attitude(Atomic):
         self.enable = self.in_port("enable", bool)
         self.trusted = self.in_port("trusted", bool)
         self.contradiction = self.in_port("contradiction", Fault)
-        """The rate is not what drives the robot makes of it."""
+        """The rate is not what drives the robot makes of it, or nothing reaches what drives it."""
         self.yaw = self.out_port("yaw", Motion)
         self.ended = self.out_port("ended", Ending)
         self.compass_time_constant = compass_time_constant

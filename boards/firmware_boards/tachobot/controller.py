@@ -69,6 +69,7 @@ class Controller(PidController[Pid]):
         delayed = self._delayed(command, settings.yaw.delay_s)
         contradiction = self._couple_yaw(delayed, attitude.yaw, allocation, settings.movement_check)
         self.couple(contradiction, attitude.contradiction)
+        self.couple(self.unsteered, attitude.contradiction)
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)

@@ -34,6 +34,8 @@ class PidController(Coupled, Generic[P]):
         super().__init__(name)
         self.applied = self.in_port("applied", Applied)
         """Forces that the thrust pairs apply."""
+        self.unsteered = self.in_port("unsteered", Fault)
+        """Nothing reaches the thrust pairs, and it hovers."""
         self._pids: dict[str, P] = {}
         self._limit_n = 2 * pair_thrust_n
 

@@ -113,6 +113,7 @@ class TrackingController(PidController[TrackingPid]):
         delayed = self._delayed(yaw.command, control.yaw.delay_s)
         contradiction = self._couple_yaw(delayed, estimator.yaw, allocation, control.movement_check)
         self.couple(contradiction, self.attitude.contradiction)
+        self.couple(self.unsteered, self.attitude.contradiction)
 
     def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))

@@ -1,6 +1,6 @@
 """TachoBot's schematic: which chip hangs on which bus, and which wire leads where."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
@@ -14,7 +14,8 @@ from firmware_boards.tachobot.settings import EscSettings, TachobotSettings, Tra
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Motion
 
 if TYPE_CHECKING:
@@ -23,22 +24,35 @@ if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController
 
 
+UNSTEERED: Final = 2 * SECOND
+"""Ns for which the thrust pairs may be out of reach while it hovers."""
+
+
 class Lift(Atomic):
     """Asks for arming at the start of the run and for the lifting throttle afterwards.
 
     asking (0) --arm! true--> waiting --armed? true--> lifting (0) --throttle!--> waiting
     waiting --armed? false--> asking
+    waiting, lifted --pairs_fault? again and again for UNSTEERED--> unsteered (0) --unsteered!-->
+    waiting
 
     So a fault of the speed controller's chip is over when that answers again and was armed anew,
-    as one of the thrust pairs is: its propeller stands for as long as arming takes.
+    as one of the thrust pairs is: its propeller stands for as long as arming takes. Pairs that
+    nothing reaches may drive as they were told last, and it hovers without friction: it comes down.
     """
 
     def __init__(self, name: str, throttle: float) -> None:
         super().__init__(name)
         self.armed = self.in_port("armed", bool)
         self.arm = self.out_port("arm", bool)
+        self.pairs_fault = self.in_port("pairs_fault", Fault)
         self.throttle_out = self.out_port("throttle", float)
+        self.unsteered = self.out_port("unsteered", Fault)
         self.throttle = throttle
+        self._is_lifted = False
+        self._fault: Fault | None = None
+        """The last one of those in a row."""
+        self._failing_for = 0
 
     def initialize(self) -> None:
         """Ask for arming at once."""
@@ -48,6 +62,9 @@ class Lift(Atomic):
         """Send what the phase is for."""
         if self.phase == "asking":
             self.arm.send(True)
+        elif self.phase == "unsteered" and self._fault is not None:
+            why = f"the thrust pairs have been out of reach for {UNSTEERED // SECOND} s"
+            self.unsteered.send(self._fault._replace(reason=f"{why}: {self._fault.reason}"))
         else:
             self.throttle_out.send(self.throttle)
 
@@ -57,8 +74,16 @@ class Lift(Atomic):
 
     def external(self, elapsed: int) -> None:
         """Lift when armed, and have it armed again when it no longer is."""
+        self._failing_for += elapsed
+        if self.pairs_fault:
+            self._fault = self.pairs_fault[-1]
+            if any(fault.consecutive == 1 for fault in self.pairs_fault):
+                self._failing_for = 0
         if self.armed:
-            self.activate("lifting" if self.armed[-1] else "asking")
+            self._is_lifted = self.armed[-1]
+            self.activate("lifting" if self._is_lifted else "asking")
+        elif self.pairs_fault and self._is_lifted and self._failing_for >= UNSTEERED:
+            self.activate("unsteered")
         else:
             self.continue_(elapsed)
 
@@ -116,6 +141,8 @@ class Tachobot(Coupled):
         self.couple(lift.arm, esc.arm)
         self.couple(esc.armed_out, lift.armed)
         self.couple(lift.throttle_out, esc.throttle)
+        self.couple(self.thrust_pairs.fault_out, lift.pairs_fault)
+        self.couple(lift.unsteered, self.controller.unsteered)
         self.couple(esc.armed_out, self.controller.enable)
         self.couple(esc.armed_out, self.thrust_pairs.enable)
         if isinstance(self.controller, Controller):
