@@ -376,6 +376,34 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "            self._may_drive = self.moves[-1]\n",
         "            pass\n",
     ),
+    "a sensor that stands still is believed after each bring-up": Mistake(
+        "tachobot",
+        "imu",
+        f"{CHIPS}liveness.py",
+        "        self._last = None\n\n    def check(",
+        "        self._last = None\n        self._forget_runs()\n\n    def check(",
+    ),
+    "an echo that stops the head is looked at again only while that stands": Mistake(
+        "detective",
+        "radar_sonar",
+        f"{BOARDS}detective/second_look.py",
+        "if self.detected and self._turns else None",
+        "if self.detected and not self._turns else None",
+    ),
+    "a stop is written in a mode that was read wrongly": Mistake(
+        "detective",
+        "treads",
+        f"{CHIPS}md25.py",
+        "        self._write(MODE, mode)\n        self._write(SPEED1",
+        "        self._write(SPEED1",
+    ),
+    "a run tries twice only to switch off its outputs": Mistake(
+        "balancing",
+        "wheels",
+        "firmware_runtime/executive/outcome.py",
+        "1 + self._keep_trying // OFF_AGAIN_EVERY",
+        "1 + self._keep_trying // SECOND",
+    ),
 }
 
 
