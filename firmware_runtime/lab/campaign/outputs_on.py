@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.failures import Failures
 from firmware_runtime.lab.campaign.healthy import Healthy
@@ -11,6 +11,8 @@ from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
 
 _AGAIN: Final = 2 * SECOND
 """One that reports no more for so long has stopped to do so."""
+_STOPPED: Final = 100 * MILLISECOND
+"""Outputs off for so long were switched off; what drives to and fro is off for a moment only."""
 
 
 class OutputsOn:
@@ -34,6 +36,8 @@ class OutputsOn:
         self._off_within = {name: span for name, span in off_within if name in names}
         self._off_after = {path: span for path, span in off_within if path not in names}
         """Ns after which outputs are off where a device fails, and where a model has reported."""
+        self._off_for, self._stopped_at = Lasting(), 0
+        """When outputs had last been switched off."""
         self._healed = healthy.stated.healed
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
         self._reporting = {path: (most, Lasting()) for path, most in ends_within.items()}
@@ -43,6 +47,8 @@ class OutputsOn:
         """Return the oracle that finds something wrong, and a sentence."""
         if not look.is_on:
             self.off_at = look.at
+        if self._off_for.span(look.at, is_so=not look.is_on) >= _STOPPED:
+            self._stopped_at = look.at
         return (
             self._disarmed(look)
             or self._blind(look)
@@ -120,9 +126,9 @@ class OutputsOn:
                 yield device, said
 
     def _believed_again(self, look: Look) -> tuple[str, str] | None:
-        """A robot that was off since it knew that a sensor stands still, and is driven by it."""
+        """A robot that was stopped by a sensor that stands still, and is driven by it."""
         for device, said in self._found_to_stand(look) if look.is_on else ():
-            if said.at < self.off_at:
+            if said.at < self._stopped_at:
                 return "on", f"{device} reported {said.kind}, is as it was, and drives it again"
         return None
 
