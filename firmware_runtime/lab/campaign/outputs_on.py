@@ -7,7 +7,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.failures import Failures
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import EVERY, Lasting, Look, Said, Watched
 
 _AGAIN: Final = 2 * SECOND
 """One that reports no more for so long has stopped to do so."""
@@ -37,7 +37,7 @@ class OutputsOn:
         self._off_after = {path: span for path, span in off_within if path not in names}
         """Ns after which outputs are off where a device fails, and where a model has reported."""
         self._off_for, self._stopped_at = Lasting(), 0
-        """When outputs had last been switched off."""
+        """When outputs were last switched off, for longer than a moment."""
         self._healed = healthy.stated.healed
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
         self._reporting = {path: (most, Lasting()) for path, most in ends_within.items()}
@@ -47,8 +47,8 @@ class OutputsOn:
         """Return the oracle that finds something wrong, and a sentence."""
         if not look.is_on:
             self.off_at = look.at
-        if self._off_for.span(look.at, is_so=not look.is_on) >= _STOPPED:
-            self._stopped_at = look.at
+        if (span := self._off_for.span(look.at, is_so=not look.is_on)) >= _STOPPED:
+            self._stopped_at = look.at - span
         return (
             self._disarmed(look)
             or self._blind(look)
@@ -126,9 +126,9 @@ class OutputsOn:
                 yield device, said
 
     def _believed_again(self, look: Look) -> tuple[str, str] | None:
-        """A robot that was stopped by a sensor that stands still, and is driven by it."""
+        """A robot that was stopped because a sensor stands still, and is driven by it."""
         for device, said in self._found_to_stand(look) if look.is_on else ():
-            if said.at < self._stopped_at:
+            if said.at - EVERY <= self._stopped_at <= said.at + self._within:
                 return "on", f"{device} reported {said.kind}, is as it was, and drives it again"
         return None
 
