@@ -29,7 +29,7 @@ def test_one_run_of_each_fault_that_is_over_soon_goes_on_and_those_of_people_fir
     found = going_on(space, chosen)
     strikes = [space[number].strikes[0] for number in chosen if number in found]
     faults = [(each.kind, each.device) for each in strikes]
-    assert len(set(faults)) == len(faults) >= 600 // 18
+    assert len(set(faults)) == len(faults) >= 600 // 24
     assert all(each.at + each.span <= 1_500_000_000 for each in strikes)
     of_people = {each.name for each in KINDS.values() if each.of == "people"}
     assert of_people & {each.kind for each in strikes}

@@ -1,20 +1,20 @@
 """The order in which a campaign goes through its space: any beginning of it is a fair sample."""
 
 from collections.abc import Iterator
-from itertools import islice
+from itertools import cycle, islice
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.lab.campaign.evenly import OTHER, spread
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.space import Case, Space, is_of_a_bit
+from firmware_runtime.lab.campaign.space import FIRST_BIT, Case, Space, is_of_a_bit
 
 _RUNS_PER_SECOND: Final = 2
 """For one run of a whole mission so many others come for each of its seconds. Those that go on, and
 faults again and again, take about a quarter of a campaign's time until each has been tried."""
 _BITS_A_TURN: Final = 4
-"""So many times as many as of others come of a kind that inverts a bit, or a byte, of many."""
+"""For one of any other kind so many come of one that inverts a bit, or a byte."""
 
 
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
@@ -57,24 +57,25 @@ def _with_series(space: Space) -> Iterator[int]:
 def _courses(space: Space) -> Iterator[int]:
     seen = bytearray(space.singles)
     by_fault = space.by_fault()
-    turns = []
+    orders, of_bits = [], []
     for place in spread(len(by_fault)):
         numbers = by_fault[place]
-        of_bits = is_of_a_bit(KINDS[space[numbers[0]].strikes[0].kind])
-        begin = 0 if of_bits else place * OTHER  # as its bits are in turn
-        order = map(numbers.__getitem__, spread(len(numbers), begin))
-        turns.append((order, _BITS_A_TURN if of_bits else 1))
-    while turns:
-        for turn in tuple(turns):
-            order, times = turn
-            for _ in range(times):
-                first = next((number for number in order if not seen[number]), None)
-                if first is None:
-                    turns.remove(turn)
-                    break
-                for number in space.alike(first):
-                    seen[number] = 1
-                    yield number
+        has_bits = is_of_a_bit(KINDS[space[numbers[0]].strikes[0].kind])
+        begin = FIRST_BIT if has_bits else place * OTHER
+        orders.append(map(numbers.__getitem__, spread(len(numbers), begin)))
+        of_bits += orders[-1:] * has_bits
+    for turn in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
+        if not orders:
+            return
+        for order in tuple(turn):
+            first = next((number for number in order if not seen[number]), None)
+            if first is None:
+                orders.remove(order)
+                of_bits[:] = [each for each in of_bits if each is not order]
+                continue
+            for number in space.alike(first):
+                seen[number] = 1
+                yield number
 
 
 def _is_failure(case: Case) -> bool:

@@ -46,6 +46,8 @@ _MOST_AGAIN: Final = 12
 """How often a fault comes, at most, that does so again and again."""
 _BETWEEN: Final = 500 * MILLISECOND
 """Beside what its rig says that it takes to heal."""
+FIRST_BIT: Final = OTHER
+"""Where of a circle a sample of bits, and of bytes, begins; in its order they take turns."""
 _STRIDE: Final = 13
 """From a bit, or byte, to that of the next fault in turn: eight of them are each of one byte."""
 
@@ -209,7 +211,7 @@ class Space(Sequence[Case]):
         return {
             numbers[place]: turn
             for numbers in reading.values()
-            for turn, place in enumerate(spread(len(numbers)))
+            for turn, place in enumerate(spread(len(numbers), FIRST_BIT))
         }
 
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
