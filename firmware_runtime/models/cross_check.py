@@ -26,6 +26,8 @@ R = TypeVar("R")
 V = TypeVar("V")
 _AGAIN: Final = 0.5
 """Share of what is believed within which they agree again."""
+_HALF: Final = 0.4
+"""Share of a circle from which on a jump may be one the other way round."""
 CATCHING_UP: Final = 50 * MILLISECOND
 """Ns after a pause in which nothing is compared: what a busy network kept meanwhile comes at once,
 so that the value moves on and no time passes for the rate."""
@@ -159,7 +161,7 @@ class Comparison:
             self._step += (self._rate + rate) / 2 * elapsed / SECOND
         self._rate = rate
 
-    def take_value(self, value: float, elapsed: int) -> None:
+    def take_value(self, value: float, elapsed: int) -> None:  # noqa: C901 -- in one frame: in every control tick
         """Take a value, `elapsed` ns after the last one, and compare."""
         last, step = self._value, self._step
         self._value, self._step = value, 0.0
@@ -168,14 +170,18 @@ class Comparison:
             if self.still is not None:
                 self.still.forget()
             return
-        more = value - last - step
-        if self.settings.circle < math.inf:
-            more = math.remainder(more, self.settings.circle)
+        more, circle = value - last - step, self.settings.circle
+        leaps = False
+        if circle < math.inf:
+            more = math.remainder(more, circle)
+            leaps = abs(more) > _HALF * circle
         did_agree = self.agrees
         for change in self.changes:  # in line: it is done in every control tick
             kept = 1.0 - elapsed / change.window.length
             change.turned = kept * change.turned + step
             change.apart = kept * change.apart + more
+            if leaps and abs(change.apart) > circle / 2:  # as one wrong byte, and the next again
+                change.apart -= math.copysign(circle, change.apart)
             change.most = change.window.tolerance + change.share * abs(change.turned)
             if abs(change.apart) > change.most:
                 self.agrees = False

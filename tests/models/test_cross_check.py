@@ -65,6 +65,16 @@ def test_a_source_that_stands_still_or_turns_otherwise_is_contradicted(
     assert bench.values("agrees")[0] is False
 
 
+@pytest.mark.parametrize("leap", [3.0, 3.139, math.pi, 3.144, 3.3, -3.144])
+def test_one_heading_half_a_circle_aside_is_contradicted_for_as_long_as_it_is_there(
+    bench: Bench, leap: float
+) -> None:
+    bench.turn(0, 1000, true=0.0, said=0.0)
+    bench.put(1000, rate=0.0, value=math.remainder(leap, math.tau))
+    bench.turn(1010, 3000, true=0.0, said=0.0)
+    assert bench.said["agrees"] == [(1000, False), (1010, True)]
+
+
 def test_the_fault_is_repeated_once_a_window_and_says_for_how_long(bench: Bench) -> None:
     bench.turn(0, 8000, true=1.0, said=0.0)
     bench.run(8000)
