@@ -15,7 +15,7 @@ _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
 _STANDS: Final = frozenset({"freeze", "freeze-axis"})
-"""Kinds of a sensor that stands still, and says so to none."""
+"""Kinds by which a sensor stands still: it answers, and gives what it gave before."""
 _DRIVEN: Final = frozenset({_FULL_ON, "ignored"})
 """Kinds that keep an output on."""
 

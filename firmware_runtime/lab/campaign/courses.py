@@ -57,21 +57,24 @@ def _with_series(space: Space) -> Iterator[int]:
 def _courses(space: Space) -> Iterator[int]:
     seen = bytearray(space.singles)
     by_fault = space.by_fault()
-    orders, of_bits = [], []
+    orders: list[Iterator[int]] = []
+    of_bits: list[Iterator[int]] = []
     for place in spread(len(by_fault)):
         numbers = by_fault[place]
         has_bits = is_of_a_bit(KINDS[space[numbers[0]].strikes[0].kind])
         begin = FIRST_BIT if has_bits else place * OTHER
-        orders.append(map(numbers.__getitem__, spread(len(numbers), begin)))
-        of_bits += orders[-1:] * has_bits
+        order: Iterator[int] = map(numbers.__getitem__, spread(len(numbers), begin))
+        for each in (orders, of_bits) if has_bits else (orders,):
+            each.append(order)
     for turn in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
         if not orders:
             return
         for order in tuple(turn):
             first = next((number for number in order if not seen[number]), None)
             if first is None:
-                orders.remove(order)
-                of_bits[:] = [each for each in of_bits if each is not order]
+                for each in (orders, of_bits):
+                    if order in each:
+                        each.remove(order)
                 continue
             for number in space.alike(first):
                 seen[number] = 1
