@@ -43,8 +43,8 @@ class ScriptedMpu9250(ScriptedChip):
         self.stuck_field: Stuck | None = None
         self.is_magnetometer_alive = True
 
-    def read_every(self, period: int) -> None:
-        self.period = period
+    def read_every(self, period_ns: int) -> None:
+        self.period_ns = period_ns
 
     def bring_up(self) -> tuple[Step, ...]:
         wait = 15 * MILLISECOND

@@ -102,9 +102,9 @@ class Mpu9250(I2cChip):
         self._checks = InertialChecks(self.place, self.settings)
         self._decoder: BurstDecoder | None = None
 
-    def read_every(self, period: int) -> None:
-        """Be told how often it is read, in ns: what stands still is counted in readings."""
-        self._checks = InertialChecks(self.place, self.settings, period)
+    def read_every(self, period_ns: int) -> None:
+        """Be told how often it is read: what stands still is counted in readings."""
+        self._checks = InertialChecks(self.place, self.settings, period_ns)
 
     # Bring-up -----------------------------------------------------------------------------------
 

@@ -80,11 +80,11 @@ class InertialChecks:
     is new, or each is beyond the range.
     """
 
-    def __init__(self, place: str, settings: Mpu9250Settings, period: int | None = None) -> None:
+    def __init__(self, place: str, settings: Mpu9250Settings, period_ns: int | None = None) -> None:
         self.stuck_field: tuple[str, float, int, str] | None = None
         self.without_field = 0
         """Readings in a row without a new and valid measurement."""
-        repeats = settings.readings_a_fetch(period)
+        repeats = settings.readings_a_fetch(period_ns)
         self._most_without_field = FETCHES_WITHOUT_FIELD * repeats
         self.inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
         self.gravity = MeanSquare(

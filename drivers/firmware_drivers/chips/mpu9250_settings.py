@@ -9,9 +9,9 @@ from firmware_drivers.chips.ak8963 import MEASUREMENT_HZ
 from firmware_drivers.chips.i2c_chip import choice_fault
 from firmware_drivers.chips.liveness import fresh_noise
 from firmware_drivers.chips.mounting import parse_mounting
-from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import SettingError
 
+_SECOND_NS: Final = 1_000_000_000
 INTERNAL_HZ: Final = 1000
 GYRO_RANGES_DPS: Final = (250, 500, 1000, 2000)
 ACCEL_RANGES_G: Final = (2, 4, 8, 16)
@@ -99,12 +99,12 @@ class Mpu9250Settings(Struct, frozen=True, kw_only=True):
         """
         return math.ceil(self.sample_hz / MEASUREMENT_HZ)
 
-    def readings_a_fetch(self, period: int | None = None) -> int:
+    def readings_a_fetch(self, period_ns: int | None = None) -> int:
         """Count the readings that one fetch may be in, at the most.
 
-        `period` is the ns from one reading to the next; None: each sample is read.
+        `period_ns` is from one reading to the next; None: each sample is read.
         """
         samples = self.samples_a_fetch()
-        if period is None:
+        if period_ns is None:
             return samples
-        return min(samples, 1 + samples * SECOND // (self.sample_hz * period))
+        return min(samples, 1 + samples * _SECOND_NS // (self.sample_hz * period_ns))
