@@ -143,6 +143,21 @@ def test_a_sample_has_each_kind_of_each_device_however_seldom_that_is_used() -> 
 
 
 @pytest.mark.slow
+def test_a_sample_has_four_times_as_many_bits_and_any_eight_in_a_row_are_of_one_byte() -> None:
+    space = space_of(SHORT)
+    faults = [space[number].strikes[0] for number in in_courses(space)]
+    flips = [each for each in faults if (each.kind, each.device) == ("flip", "imu")]
+    bits = [round(extent) % 8 for each in flips if (extent := each.extent) is not None]
+    moments = list(dict.fromkeys(zip((each.at_s for each in flips), bits, strict=True)))
+    for begin in range(len(moments) - 8):
+        assert {bit for _, bit in moments[begin : begin + 8]} == {*range(8)}
+    for kind, share in (("wrong-byte", 1.0), ("nack", 4.0)):
+        sample = faults[: faults.index(flips[-1]) // 2]
+        count = sum((each.kind, each.device) == (kind, "imu") for each in sample)
+        assert sum(each in flips for each in sample) == pytest.approx(share * count, rel=0.1)
+
+
+@pytest.mark.slow
 def test_each_output_and_each_bit_has_its_turn_whatever_the_rhythm_of_uses() -> None:
     """Each second use is another device's: numbers of uses are all odd, or all even."""
     struck = [case.strikes[0] for case in space_of(SHORT)]

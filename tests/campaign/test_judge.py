@@ -13,6 +13,7 @@ from firmware_boards.tachobot.attitude import Attitude
 from firmware_drivers import hardware
 from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.hardware import HardwareModel
 from firmware_drivers.imu import Imu
@@ -25,6 +26,7 @@ from pan_tilt.rig import PanTiltRig
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.outcome import SwitchOffRetry
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.lab.campaign import campaign
@@ -334,6 +336,34 @@ def test_a_motor_that_cannot_be_reached_is_driven_on_without_a_device_that_fails
     assert_sound("tachobot", [stuck, silent], for_s=3.0)
     weak = Strike("weak", "thrust_pairs", at_s=1.2)
     assert Cause([weak, silent], {"thrust_pairs": ["thrust_pairs"]}).out_of_reach_until == 0
+
+
+def test_a_sensor_that_is_believed_again_though_it_stands_still_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    frozen = Strike("freeze-axis", "imu", at_s=1.5, amount=3.0)
+    assert_sound("tachobot", [frozen], for_s=3.0)
+    restart = Liveness.restart
+
+    def forget(liveness: Liveness) -> None:
+        restart(liveness)
+        liveness._forget_runs()
+
+    monkeypatch.setattr(Liveness, "restart", forget)
+    said = "on of imu: imu reported Stuck, is as it was, and drives it again"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [frozen], for_s=3.0)
+
+
+def test_a_run_that_ends_amid_a_fault_tries_on_to_switch_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    out_of_reach = Strike("nack", "thrust_pairs", at_s=1.5)
+    assert_sound("tachobot", [out_of_reach], for_s=3.0)
+    monkeypatch.setattr(SwitchOffRetry, "run", SwitchOffRetry._attempt)
+    said = "on of thrust_pairs: at the end not made safe: i2c1 0x40: not acknowledged"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [out_of_reach], for_s=3.0)
 
 
 def test_a_robot_that_is_driven_on_by_what_reports_again_and_again_is_found(
