@@ -27,7 +27,8 @@ V = TypeVar("V")
 _AGAIN: Final = 0.5
 """Share of what is believed within which they agree again."""
 _HALF: Final = 0.4
-"""Share of a circle from which on a jump may be one the other way round."""
+"""Share of a circle from which on a leap may be one the other way round: one wrong byte, and the
+right one after it, are nothing apart."""
 CATCHING_UP: Final = 50 * MILLISECOND
 """Ns after a pause in which nothing is compared: what a busy network kept meanwhile comes at once,
 so that the value moves on and no time passes for the rate."""
@@ -171,16 +172,14 @@ class Comparison:
                 self.still.forget()
             return
         more, circle = value - last - step, self.settings.circle
-        leaps = False
         if circle < math.inf:
             more = math.remainder(more, circle)
-            leaps = abs(more) > _HALF * circle
         did_agree = self.agrees
         for change in self.changes:  # in line: it is done in every control tick
             kept = 1.0 - elapsed / change.window.length
             change.turned = kept * change.turned + step
             change.apart = kept * change.apart + more
-            if leaps and abs(change.apart) > circle / 2:  # as one wrong byte, and the next again
+            if abs(change.apart) > circle / 2 and abs(more) > _HALF * circle:
                 change.apart -= math.copysign(circle, change.apart)
             change.most = change.window.tolerance + change.share * abs(change.turned)
             if abs(change.apart) > change.most:

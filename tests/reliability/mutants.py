@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import chain, zip_longest
@@ -90,8 +90,13 @@ def execute(arguments: argparse.Namespace) -> Result:
         _listen(arguments.workers)
     judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
     until = ends_at(arguments.minutes)
-    sample, is_of_it = _sample(arguments)
-    done = {name: each for name, each in _read(log).items() if is_of_it(name)}
+    if arguments.since:
+        sample = _changed(arguments.rooms, arguments.since)
+        among = {str(mutant) for _, mutant in sample}
+    else:
+        sample = _chosen(arguments.rooms, arguments.count, arguments.seed)
+        among = None
+    done = _read(log, among)
     if arguments.again:
         left = [each for each in done.values() if not each.is_noticed]
         chosen = [(each.room, each.mutant) for each in left if each.room in arguments.rooms]
@@ -101,18 +106,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     with ThreadPoolExecutor(arguments.workers) as pool:
         for each in [pool.submit(judge.judge_all, part, until) for part in parts]:
             each.result()
-    judged = [each for name, each in _read(log).items() if is_of_it(name)]
-    return _result(judged, is_read=not chosen)
-
-
-def _sample(
-    arguments: argparse.Namespace,
-) -> tuple[Sequence[tuple[str, Mutant]], Callable[[str], bool]]:
-    """Return what is to be tried, and whether one by a name is to be counted."""
-    if not arguments.since:
-        return _chosen(arguments.rooms, arguments.count, arguments.seed), lambda _: True
-    changed = _changed(arguments.rooms, arguments.since)
-    return changed, {str(mutant) for _, mutant in changed}.__contains__
+    return _result(list(_read(log, among).values()), is_read=not chosen)
 
 
 def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
@@ -228,12 +222,13 @@ def _text(file: str) -> str:
     return (ROOT / file).read_text(encoding="utf-8")
 
 
-def _read(log: Path) -> dict[str, Judged]:
-    """Return what is kept, by names; of a mutant that was tried twice the last."""
+def _read(log: Path, among: Collection[str] | None = None) -> dict[str, Judged]:
+    """Return what is kept, by names, of all or of some; of a mutant tried twice the last."""
     if not log.exists():
         return {}
     found = [msgspec.json.decode(line, type=Judged) for line in log.read_bytes().splitlines()]
-    return {str(each.mutant): each for each in found}
+    by_name = {str(each.mutant): each for each in found}
+    return {name: each for name, each in by_name.items() if among is None or name in among}
 
 
 def _result(judged: Sequence[Judged], *, is_read: bool = False) -> Result:

@@ -157,19 +157,19 @@ class HeadTurn(CommandedTurn):
         self.at_stop = at_stop
         self._sense = 0
         self._may_stand = self._stands = True
-        self._was_cut_off = False
-        """Whether its motor did not obey at the last heading, and so has turned for less time."""
         self._stood_for = 0
         self._seen_deg: float | None = None
-        self._told_from_deg = 0.0
+        self._told_from_deg: float | None = None
         """The heading by which it was last told whether it stands."""
-        self._since_told = 0
+        self._turned_for = 0
+        """Ns since then for which its motor has turned it."""
         self._body_deg: float | None = None
 
     def external(self, elapsed: int) -> None:
         """The same, with how long it stands."""
         self._stood_for += elapsed
-        self._since_told += elapsed
+        if self._is_applied and self._sense != 0:
+            self._turned_for += elapsed
         super().external(elapsed)
 
     def take_commands(self) -> None:
@@ -200,25 +200,20 @@ class HeadTurn(CommandedTurn):
         if self._body_deg is None:
             return False
         ahead_deg = (heading_deg - self._body_deg) % CIRCLE_DEG
-        was_cut_off, self._was_cut_off = (
-            self._was_cut_off,
-            self._sense != 0 and not self._is_applied,
-        )
-        if self._seen_deg is None or was_cut_off:
-            self._told_from_deg, self._since_told = ahead_deg, 0
         self._seen_deg = ahead_deg
-        if not was_cut_off:
-            self._tell_whether_it_stands(ahead_deg)
+        self._tell_whether_it_stands(ahead_deg)
         return super()._joins(ahead_deg)
 
     def _tell_whether_it_stands(self, ahead_deg: float) -> None:
-        """By this heading, once it has turned, or was to turn by enough since another one."""
+        """By this heading, once it has turned, or had time to turn by enough since another one."""
+        if self._told_from_deg is None:
+            self._told_from_deg, self._turned_for = ahead_deg, 0
         stands = abs(math.remainder(ahead_deg - self._told_from_deg, CIRCLE_DEG)) < STANDS_DEG
-        is_to_turn_deg = self.full_deg_s * abs(self._sense) * self._since_told / SECOND
-        if stands and 0.0 < is_to_turn_deg < TELLS_DEG:
+        due_deg = self.full_deg_s * self._turned_for / SECOND
+        if stands and self._sense != 0 and due_deg < TELLS_DEG:
             return
         self._stands = stands
-        self._told_from_deg, self._since_told = ahead_deg, 0
+        self._told_from_deg, self._turned_for = ahead_deg, 0
         if not stands:
             self._stood_for = 0
 

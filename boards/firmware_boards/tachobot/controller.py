@@ -47,9 +47,8 @@ class Controller(PidController[Pid]):
         is_free = isinstance(settings, FreeSettings)
         compass = seconds(settings.compass_time_constant_s)
 
-        gap, is_enabled = gap_of(settings), not is_free
         attitude = self.attitude = self.add(
-            Attitude("attitude", compass, enabled=is_enabled, gap=gap)
+            Attitude("attitude", compass, enabled=not is_free, gap=gap_of(settings))
         )
         yaw = self.yaw = self.add(Pid("yaw", self._gains(settings.yaw), settings.yaw.reference_rad))
         timeout = POSITION_PERIODS * seconds(settings.period_s)

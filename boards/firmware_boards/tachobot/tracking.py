@@ -54,8 +54,7 @@ class TrackingController(PidController[TrackingPid]):
         estimates = settings.position.estimator(control.period_s)
         period, limits = seconds(settings.trajectory.period_s), settings.trajectory.rejoin()
 
-        gap = gap_of(control)
-        self.attitude = self.add(Attitude("attitude", compass, enabled=True, gap=gap))
+        self.attitude = self.add(Attitude("attitude", compass, enabled=True, gap=gap_of(control)))
         inertial = self.add(Inertial("inertial"))
         self.estimator = self.add(PositionEstimator("estimator", estimates))
         self.watch = self.add(PositionWatch("watch", settings.position.patience()))

@@ -121,8 +121,9 @@ class OutputsOn:
     def _found_to_stand(self, look: Look) -> Iterator[tuple[str, Said]]:
         """Yield each sensor that it needs, that stands still and has said so, and what it said."""
         for device, end in self._cause.standing:
-            said = self._watched.said(self._cause.said_from, device)
-            if device in self._off_within and look.at <= end and said is not None:
+            if device not in self._off_within or look.at > end:
+                continue
+            if (said := self._watched.said(self._cause.said_from, device)) is not None:
                 yield device, said
 
     def _believed_again(self, look: Look) -> tuple[str, str] | None:
