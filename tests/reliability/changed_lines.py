@@ -14,12 +14,14 @@ _HUNK: Final = re.compile(r"@@ -\S+ \+(\d+)(?:,(\d+))? @@")
 def changed_lines(root: Path, since: str) -> Mapping[str, set[int]]:
     """Return the numbers of the changed lines by file, committed or not.
 
-    Raises subprocess.CalledProcessError for what is no commit.
+    Raises ValueError for what is no commit.
     """
     shown = ["--unified=0", "--no-ext-diff", "--no-color", "--src-prefix=a/", "--dst-prefix=b/"]
-    words = ["git", "-C", str(root), "diff", *shown, since]
-    said = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-    return read_diff(said)
+    words = ["git", "-C", str(root), "diff", *shown, "--end-of-options", since, "--"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(f"{since!r}: git knows no such commit; expected one of this project")
+    return read_diff(done.stdout)
 
 
 def read_diff(text: str) -> Mapping[str, set[int]]:

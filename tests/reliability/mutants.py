@@ -83,19 +83,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> Result:
     """Try mutants, and return what became of all that were tried so far."""
-    if arguments.since and arguments.save:
+    since: str | None = arguments.since
+    if since is not None and arguments.save:
         sys.exit("--since: what is kept is of a sample; expected no --save")
+    if since is not None:
+        sample = _changed(arguments.rooms, since)
+        among = {str(mutant) for _, mutant in sample}
+    else:
+        sample = _chosen(arguments.rooms, arguments.count, arguments.seed)
+        among = None
     log = BUILD / "mutants.jsonl"
     if arguments.listen or not read_calls():
         _listen(arguments.workers)
     judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
     until = ends_at(arguments.minutes)
-    if arguments.since:
-        sample = _changed(arguments.rooms, arguments.since)
-        among = {str(mutant) for _, mutant in sample}
-    else:
-        sample = _chosen(arguments.rooms, arguments.count, arguments.seed)
-        among = None
     done = _read(log, among)
     if arguments.again:
         left = [each for each in done.values() if not each.is_noticed]
@@ -125,7 +126,10 @@ def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Muta
 
 def _changed(rooms: Sequence[str], since: str) -> list[tuple[str, Mutant]]:
     """Return those that are in lines changed since a commit."""
-    lines = changed_lines(ROOT, since)
+    try:
+        lines = changed_lines(ROOT, since)
+    except ValueError as error:
+        sys.exit(f"--since: {error}")
     return [
         (room, each)
         for room, mutants in _mutants_in(rooms).items()

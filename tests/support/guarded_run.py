@@ -191,7 +191,7 @@ class GuardedRun:
 
     def arm_again(self) -> None:
         """Ask until nothing speaks against arming any more, and wait until it drives."""
-        wait_until(self._arms, "it is armed again", self.errors)
+        wait_until(self._arms, "it is armed again", self._against_arming)
         wait_until(lambda: not self.is_off, "the motors are driven again", self.errors)
 
     def _arms(self) -> bool:
