@@ -27,7 +27,7 @@ from firmware_runtime.links.control import ask
 from tests.reliability.in_real_time import add_trials
 from tests.reliability.results import Result, ends_at
 from tests.support.guarded_run import GuardedRun, guarded_run
-from tests.support.trials import TURNING, ready
+from tests.support.trials import PATIENT, ready
 from tests.support.waiting import PATIENCE_S, wait_until
 
 _EACH_STEP: Final = "firmware_runtime.runs.arming:Arming.between_steps"
@@ -42,7 +42,7 @@ PHASES: Final = {
 }
 """The function in which each strikes."""
 KINDS: Final = ("SIGKILL", "SIGSTOP", "SIGTERM", "exception", "hang")
-BOARDS: Final = {"tachobot": TURNING, "detective": (), "balancing": (), "pan_tilt": ()}
+BOARDS: Final = {"tachobot": PATIENT, "detective": (), "balancing": (), "pan_tilt": ()}
 _FALLS: Final = frozenset({"balancing"})
 """Boards whose robot does not get up again: each of its trials has doubles of its own."""
 _BEFORE_IT_DRIVES: Final = ("start-up", "calibrating")

@@ -17,7 +17,7 @@ from firmware_runtime.links.control import ask
 from firmware_runtime.runs.safe_state import SafeState
 from tests.links.test_robot_end import impostor
 from tests.support.guarded_run import GuardedRun, guarded_run, unhurried
-from tests.support.trials import TURNING
+from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
@@ -69,7 +69,7 @@ def way(run: GuardedRun, tmp_path: Path, name: str) -> Iterator[str]:
 
 @pytest.mark.parametrize("name", ["ports", "bridge"])
 def test_outputs_go_off_and_come_on_with_the_next_commander(tmp_path: Path, name: str) -> None:
-    with guarded_run(tmp_path, guard=False, words=TURNING, program=PROGRAM) as run:
+    with guarded_run(tmp_path, guard=False, words=PATIENT, program=PROGRAM) as run:
         with way(run, tmp_path, name) as where:
             with commander(run, where):
                 assert not run.is_off
@@ -92,7 +92,7 @@ SEND = "send tachobot yaw_reference=1"
 
 
 def test_a_process_in_the_place_of_a_run_that_hangs_disarms_nothing(tmp_path: Path) -> None:
-    with guarded_run(tmp_path, guard=False, words=TURNING) as run:
+    with guarded_run(tmp_path, guard=False, words=PATIENT) as run:
         run.signal(signal.SIGSTOP)
         socket = tmp_path / "tachobot.socket"
         socket.unlink()
@@ -268,7 +268,7 @@ sys.exit(main(sys.argv[1:]))
 def test_a_request_to_arm_that_a_stopped_run_finds_after_safe_state_is_refused(
     tmp_path: Path,
 ) -> None:
-    with guarded_run(tmp_path, guard=False, words=TURNING) as run:
+    with guarded_run(tmp_path, guard=False, words=PATIENT) as run:
         run.signal(signal.SIGSTOP)
         with suppress(ControlError):
             ask(tmp_path / "tachobot.stats", "arm", timeout_s=0.1)
@@ -342,7 +342,7 @@ def test_a_run_that_has_opened_nothing_yet_does_not_arm_itself(tmp_path: Path) -
     """It still imports: `safe-state` finds no lines, no statistics and nothing that is on."""
     starts, wait = tmp_path / "starts", tmp_path / "wait"
     program = SLOW_IMPORT.format(starts=str(starts), wait=str(wait))
-    with guarded_run(tmp_path, words=TURNING) as run:
+    with guarded_run(tmp_path, words=PATIENT) as run:
         run.signal(signal.SIGTERM)
         run.run.wait(PATIENCE_S)
         wait.touch()

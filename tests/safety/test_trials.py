@@ -15,9 +15,9 @@ from time import monotonic_ns
 import pytest
 
 from firmware_runtime.links.key_file import write_key
-from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run
+from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run, unhurried
 from tests.support.linked_runs import free_port
-from tests.support.trials import PATIENT, TURNING, Trials, ready
+from tests.support.trials import PATIENT, Trials, ready
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
@@ -82,7 +82,7 @@ def test_safe_state_on_an_armed_run(
 def test_a_livelock(tmp_path: Path, trials: Trials, name: str, advance: int) -> None:
     order = tmp_path / "spin"
     program = LIVELOCK.format(order=str(order), advance=advance)
-    with guarded_run(tmp_path, program=program, words=TURNING) as run:
+    with guarded_run(tmp_path, program=program, words=PATIENT) as run:
         for watch in trials.of(f"livelock, a time advance of {name}", 300):
             ready(run)
             order.touch()
@@ -94,7 +94,7 @@ def test_a_livelock(tmp_path: Path, trials: Trials, name: str, advance: int) -> 
 
 
 def test_a_guard_whose_output_is_a_full_pipe(tmp_path: Path, trials: Trials) -> None:
-    with guarded_run(tmp_path, words=TURNING) as run:
+    with guarded_run(tmp_path, words=PATIENT) as run:
         assert run.guard is not None
         fill(Path(f"/proc/{run.guard.pid}/fd/1"))
         for watch in trials.of("SIGKILL, the guard's output a full pipe", 300):
@@ -166,7 +166,7 @@ DAMAGES: tuple[Callable[[Path], None], ...] = (
 def test_statistics_that_are_damaged_or_replaced(tmp_path: Path, trials: Trials) -> None:
     """The clock begins before the damage: some of it ends the run by itself."""
     statistics = tmp_path / "tachobot.stats"
-    with guarded_run(tmp_path, words=TURNING) as run:
+    with guarded_run(tmp_path, words=PATIENT) as run:
         tried = trials.of("statistics damaged or replaced, then SIGKILL", 300)
         for number, watch in enumerate(tried):
             ready(run)
@@ -181,7 +181,7 @@ def test_statistics_that_are_damaged_or_replaced(tmp_path: Path, trials: Trials)
 
 
 def test_a_guard_that_gets_no_more_memory(tmp_path: Path, trials: Trials) -> None:
-    with guarded_run(tmp_path, words=TURNING) as run:
+    with guarded_run(tmp_path, words=PATIENT) as run:
         assert run.guard is not None
         for watch in trials.of("SIGKILL, the guard gets no more memory", 300):
             ready(run)
@@ -215,7 +215,8 @@ class TwoEnds:
 
     def start_controller(self) -> None:
         self.stop_controller()
-        words = ["run", "tachobot", "--role", "controller", "--link", self.link, "--json", *TURNING]
+        words = ["run", "tachobot", "--role", "controller", "--link", self.link, "--json"]
+        words += [*unhurried("tachobot"), *PATIENT]
         with self._errors.open("a") as errors:
             self.controller = subprocess.Popen(
                 [*COMMAND, *words, "--statistics", str(self._errors.with_suffix(".stats"))],
@@ -268,7 +269,7 @@ def two_ends(directory: Path) -> Iterator[TwoEnds]:
     ends = TwoEnds(f"udp:127.0.0.1:{free_port()},key={key}", directory)
     try:
         ends.start_controller()
-        words = (*TURNING, "--role", "robot", "--link", ends.link)
+        words = (*PATIENT, "--role", "robot", "--link", ends.link)
         with guarded_run(directory, words=words) as ends.run:
             yield ends
     finally:

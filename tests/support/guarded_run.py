@@ -17,7 +17,14 @@ from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
-__all__ = ["GuardedRun", "answer_like_chips", "guarded_run", "next_sentence", "wait_until"]
+__all__ = [
+    "GuardedRun",
+    "answer_like_chips",
+    "guarded_run",
+    "next_sentence",
+    "unhurried",
+    "wait_until",
+]
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 _LATE: Mapping[str, Sequence[str]] = {
     "tachobot": (
@@ -26,6 +33,9 @@ _LATE: Mapping[str, Sequence[str]] = {
     )
 }
 """What of a robot's would end a run that was late: its compass seems to contradict its gyro."""
+_STOPS: Mapping[str, Sequence[str]] = {"tachobot": ("world.yaw_damping_nms=0.2",)}
+"""What lets a robot whose motors are off stand still within seconds, so that the next run can
+measure its gyro's bias: without friction it would turn on for good."""
 
 
 def unhurried(robot: str) -> list[str]:
@@ -70,7 +80,9 @@ class GuardedRun:
         supervised: bool,
     ) -> None:
         """Start the doubles, the guard and the run, and wait until it drives."""
-        chips = self._start("doubles", "serve", board, "--socket", self.socket, "--log", self.log)
+        world = set_words(_STOPS.get(self.robot, ()))
+        places = ("--socket", self.socket, "--log", self.log)
+        chips = self._start("doubles", "serve", board, *places, *world)
         wait_until(self.socket.exists, "the doubles are served", self.errors)
         answer_like_chips(chips.pid)
         if guard:

@@ -14,7 +14,6 @@ from statistics import median
 from time import monotonic_ns
 from typing import NamedTuple
 
-from firmware_runtime.board.assignments import set_words
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ControlError
 from firmware_runtime.links.control import ask
@@ -33,13 +32,6 @@ _HEAD = (
 
 PATIENT = ("--set", "thrust_pairs.timeout_s=1")
 """TachoBot's own stop, where its loop is late by 50 ms, must not be taken for what is tried."""
-_TURNS = (
-    "imu.max_bias_rad_s=1000",
-    "imu.still_rad_s=1000",
-    "imu.calibration_s=0.05",
-)
-TURNING = (*PATIENT, *set_words(_TURNS))
-"""It still turns from the trial before."""
 
 
 class Trial(NamedTuple):
