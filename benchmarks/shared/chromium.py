@@ -72,6 +72,10 @@ class Page:
         """Wait until an expression is true in the page. Raises BrowserError where it never is."""
         _check(self.comes_true(condition, timeout_s), f"never: {condition}")
 
+    def wait_until_no_wider(self, width: int) -> None:
+        """Wait until nothing scrolls sideways: plots are fitted in a frame of their own."""
+        self.wait_for(f"document.documentElement.scrollWidth <= {width}")
+
     def comes_true(self, condition: str, timeout_s: float) -> bool:
         """Return whether an expression becomes true in the page within that time."""
         looks = round(timeout_s / 0.05)

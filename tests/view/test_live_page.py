@@ -43,7 +43,7 @@ def test_it_complains_of_nothing_and_asks_only_its_server(
 def test_it_never_scrolls_sideways(browser: chromium.Page, address: str, width: int) -> None:
     browser.open(f"{address}/", "light", width)
     browser.wait_for(READY)
-    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    browser.wait_until_no_wider(width)
 
 
 def test_an_instant_of_a_recording_is_seen_and_stepped_through(

@@ -68,7 +68,7 @@ def test_all_kinds_are_drawn_in_silence(
     assert browser.complaints == []
     figures = "[...document.querySelectorAll('figure')].filter((each) => each.querySelector("
     assert browser.evaluate(f"{figures}'canvas, svg')).length") == len(PICTURES) + 1
-    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    browser.wait_until_no_wider(width)
 
 
 def test_what_is_folded_is_made_when_it_is_opened(browser: chromium.Page, tmp_path: Path) -> None:
