@@ -20,7 +20,7 @@ from tests.reliability import (
     planted,
     soak,
 )
-from tests.reliability.changed_lines import read_diff
+from tests.reliability.changed_lines import changed_lines, read_diff
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
@@ -78,6 +78,12 @@ def test_mutants_of_changed_lines_are_those_that_a_diff_names() -> None:
     assert read_diff(diff) == {"x.py": {1, 2}, "y.py": {7}}
     lines = [each.lines for each in mutants_of("x.py", "a = 1\nb = (\n    a\n    + 2\n)\n")]
     assert lines == [(1,), (3, 4), (4,)]
+
+
+@pytest.mark.parametrize("since", ["", "nothing", "--stat"])
+def test_what_is_no_commit_is_said_in_a_sentence(since: str) -> None:
+    with pytest.raises(ValueError, match=f"^'{since}': git knows no such commit; expected one"):
+        changed_lines(ROOT, since)
 
 
 @pytest.mark.slow
