@@ -156,6 +156,11 @@ class DetectiveRig(BoardRig):
             return f"it says that it has found its target, and stands {away_m:.2f} m away"
         return None
 
+    def lost(self) -> str | None:
+        """Return that its mission has failed: then it stands, be it that its run goes on."""
+        ending = None if self._mission is None else self._mission.ending
+        return "its mission has failed" if ending is not None and ending.failed else None
+
     def missed(self) -> str | None:
         """Return what goes wrong in a mission without faults."""
         self.catch_up()
@@ -244,6 +249,11 @@ class DetectiveRig(BoardRig):
     def _head_drive(self) -> float:
         table, duty = self._settings.radar_motor, self.radar.duty
         return bridge_drive(duty(table.pwm_channel), duty(table.in1), duty(table.in2))
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether treads turn or the head's motor drives; what holds the head is a brake."""
+        return any(self.motors.driven(self.now())) or self._head_drive() != 0.0
 
     def push(self, amount: float) -> None:
         """Turn it where it stands: something shoved it."""

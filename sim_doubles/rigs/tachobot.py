@@ -1,5 +1,6 @@
 """TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
+import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -155,11 +156,11 @@ class TachobotRig(BoardRig):
         return tachobot_plane(parameters.lever_arm_m, parameters.mounting)
 
     def truth(self) -> dict[str, object]:
-        """The true yaw and place, as the probe sends them."""
+        """The true yaw and place, as the probe sends them, but that whole turns do not count."""
         self.catch_up()
         x, vx, y, vy, yaw, rate = self.world.state(self.now())
         return {
-            self._probe.yaw_rad.path: yaw,
+            self._probe.yaw_rad.path: math.remainder(yaw, math.tau),
             self._probe.yaw_rate_rad_s.path: rate,
             self._probe.x.path: Motion(x, vx),
             self._probe.y.path: Motion(y, vy),
@@ -181,7 +182,7 @@ class TachobotRig(BoardRig):
         if at < _THERE_BY or control.mode != "platform" or control.yaw.wave is not None:
             return None
         reference_rad, yaw_rad = control.yaw.reference_rad, self.world.state(at).yaw_rad
-        if abs(yaw_rad - reference_rad) <= _THERE_RAD:
+        if abs(math.remainder(yaw_rad - reference_rad, math.tau)) <= _THERE_RAD:
             return None
         return f"its yaw is {yaw_rad:.3g} rad after {at / SECOND:.3g} s, not {reference_rad:.3g}"
 
@@ -249,7 +250,7 @@ class TachobotRig(BoardRig):
         at = self.now()
         state = self.world.state(at)
         if self._controller is not None:
-            error = self._controller.yaw.reference - state.yaw_rad
+            error = math.remainder(self._controller.yaw.reference - state.yaw_rad, math.tau)
             if not (abs(error) <= SETTLED_RAD and abs(state.yaw_rate_rad_s) <= SETTLED_RAD_S):
                 self._settled_at = None
             elif self._settled_at is None:

@@ -60,6 +60,23 @@ def test_over_a_gap_the_rate_after_it_counts_as_the_one_before_may_be_a_lie() ->
     assert rig.yaw == pytest.approx(0.16 + 0.5)
 
 
+def test_whole_turns_of_a_gap_do_not_count() -> None:
+    estimator = Estimator()
+    estimator.feel(0, 0.0)
+    estimator.feel(40, 0.0)
+    estimator.feel(2040, 4.0)
+    assert estimator.yaw == pytest.approx(8.0 - math.tau)
+
+
+def test_whole_turns_made_while_it_is_disabled_do_not_count() -> None:
+    estimator = Estimator()
+    for tick in range(400):
+        if tick in (50, 350):
+            estimator.put(40 * tick, enable=tick == 350)
+        estimator.feel(40 * tick, 1.0)
+    assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
+
+
 N = FIELDS_AVERAGED
 
 

@@ -257,6 +257,20 @@ def test_pairs_that_were_out_of_reach_for_less_are_driven_again() -> None:
     assert robot.received["controller.attitude.ended"] == []
 
 
+def test_turns_while_it_hovers_on_a_failed_bus_are_not_unwound() -> None:
+    """It turns on at 4 rad/s and is off until its speed controller is armed again."""
+    robot = flown(3.3, "controller.mode=free")
+    strike(robot, NackAddress(times=None))
+    robot.run(4.8)
+    strike(robot)
+    robot.run(16)
+    result = robot.rig.result(16 * SECOND, robot.robot.own_result())
+    assert result["yaw_rad"] == pytest.approx(1.0 + 2 * math.tau, abs=0.05)
+    assert result["yaw_error_rad"] == pytest.approx(0.0, abs=0.05)
+    assert result["settled"]
+    assert max(map(abs, robot.values("world.yaw_rate_rad_s"))) < 5.0
+
+
 def test_on_the_platform_one_pca9685_and_one_mpu9250_are_all_it_takes() -> None:
     robot = virtual_tachobot()
     spoken_to: set[int] = set()

@@ -50,11 +50,12 @@ class Attitude(Atomic):
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
-    samples that were trusted: what it turned meanwhile only the compass knows, but for whole turns,
-    for which the rate after it counts. It is taken off until CATCHING_UP later, as what a network
-    kept meanwhile comes at once. The average ends there, too, and goes back to the first few
-    fields: such a turn would be taken for where the robot was at first. What contradicts itself by
-    then may have lied about that from the beginning: then yaw zero is not known, and the run ends.
+    samples that were trusted: what it turned meanwhile only the compass knows. It is taken off
+    until CATCHING_UP later, as what a network kept meanwhile comes at once. Whole turns in a gap,
+    or made while it is disabled, do not count: a robot that hovers would unwind them, faster than
+    its gyro measures. The average ends there, too, and goes back to the first few fields: such a
+    turn would be taken for where the robot was at first. What contradicts itself by then may have
+    lied about that from the beginning: then yaw zero is not known, and the run ends.
     """
 
     def __init__(
@@ -81,6 +82,8 @@ class Attitude(Atomic):
         self._has_gap = False
         """Whether there was one, and no field of the compass CATCHING_UP after it yet."""
         self._since_gap = 0
+        self._disabled_at = 0.0
+        """Its yaw, rad."""
 
     def initialize(self) -> None:
         """Wait for a sample, or to be enabled."""
@@ -104,7 +107,7 @@ class Attitude(Atomic):
             self.passivate("lost")
             return
         if self.enable:
-            self.enabled = self.enable[-1]
+            self._enable(is_enabled=self.enable[-1])
         self._doubted_for += 0 if self.is_trusted else elapsed
         if self.trusted:
             self.is_trusted = self.trusted[-1]
@@ -127,6 +130,16 @@ class Attitude(Atomic):
         else:
             self.passivate("waiting")
 
+    def _enable(self, *, is_enabled: bool) -> None:
+        """Note where it is disabled; enabled again it is within half a turn of there."""
+        if self.motion is not None and is_enabled != self.enabled:
+            yaw, rate = self.motion
+            if is_enabled:
+                yaw = self._disabled_at + math.remainder(yaw - self._disabled_at, math.tau)
+                self.motion = Motion(yaw, rate)
+            self._disabled_at = yaw
+        self.enabled = is_enabled
+
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
         rate, field = sample.rate[2], sample.field
         if self.motion is None:
@@ -140,7 +153,8 @@ class Attitude(Atomic):
             if 0 < self._headings < FIELDS_AVERAGED:
                 self._headings, self._heading_at_zero = FIELDS_AVERAGED, self._heading_at_rest
             self._has_gap, self._since_gap = self._headings > 0, 0
-        yaw += (rate_before + rate) / 2 * elapsed / SECOND
+        turned = (rate_before + rate) / 2 * elapsed / SECOND
+        yaw += turned if elapsed <= self.gap else math.remainder(turned, math.tau)
         constant = self.compass_time_constant
         if field is not None and constant:
             is_unknown = self._has_gap or elapsed >= constant

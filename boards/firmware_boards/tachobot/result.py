@@ -3,6 +3,7 @@
 Mode `track` has a result of its own (`track_result`).
 """
 
+import math
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -18,15 +19,16 @@ def yaw_result(
 ) -> dict[str, object]:
     """Yaw, its error (reference minus yaw), and whether both error and rate are small.
 
-    The reference is the one in force at the end, and stated. If error or rate are not small,
-    `settled_reason` says why. Without any yaw the numbers are None; control that has not begun
-    settles nothing, wherever the robot happens to point.
+    Whole turns are no error: those of a time without samples nobody knows. The reference is the one
+    in force at the end, and stated. If error or rate are not small, `settled_reason` says why.
+    Without any yaw the numbers are None; control that has not begun settles nothing, wherever the
+    robot happens to point.
     """
     reference = {"yaw_reference_rad": reference_rad}
     if yaw is None:
         nothing = {"yaw_rad": None, **reference, "yaw_error_rad": None}
         return {**nothing, "settled": False, "settled_reason": NEVER_BEGAN}
-    error = reference_rad - yaw.position
+    error = math.remainder(reference_rad - yaw.position, math.tau)
     reason = _why_not_settled(error, yaw.rate) if has_begun else NEVER_BEGAN
     result: dict[str, object] = {
         "yaw_rad": yaw.position,
