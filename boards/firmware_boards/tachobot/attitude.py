@@ -132,12 +132,13 @@ class Attitude(Atomic):
 
     def _enable(self, *, is_enabled: bool) -> None:
         """Note where it is disabled; enabled again it is within half a turn of there."""
-        if self.motion is not None and is_enabled != self.enabled:
+        if self.motion is not None:
             yaw, rate = self.motion
-            if is_enabled:
-                yaw = self._disabled_at + math.remainder(yaw - self._disabled_at, math.tau)
-                self.motion = Motion(yaw, rate)
-            self._disabled_at = yaw
+            if self.enabled and not is_enabled:
+                self._disabled_at = yaw
+            elif is_enabled and not self.enabled:
+                turned = math.remainder(yaw - self._disabled_at, math.tau)
+                self.motion = Motion(self._disabled_at + turned, rate)
         self.enabled = is_enabled
 
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
