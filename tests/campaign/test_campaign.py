@@ -17,7 +17,7 @@ from firmware_runtime import HalError
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE, Strike
 from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
@@ -32,6 +32,7 @@ from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, trial_of
 from firmware_runtime.lab.campaign.verdict import Verdict
+from firmware_runtime.lab.campaign.watched import EVERY
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
@@ -155,6 +156,20 @@ def test_a_sample_has_four_times_as_many_bits_and_any_eight_in_a_row_are_of_one_
         sample = faults[: faults.index(flips[-1]) // 2]
         count = sum((each.kind, each.device) == (kind, "imu") for each in sample)
         assert sum(each in flips for each in sample) == pytest.approx(share * count, rel=0.1)
+
+
+@pytest.mark.slow
+def test_one_in_four_of_a_sample_strikes_before_outputs_are_first_on() -> None:
+    space = space_of(replace(SHORT, for_s=4.0))
+    sample = [space[number].strikes[0] for number in islice(in_courses(space), 600)]
+    nacks = [each.at_s for each in sample if (each.kind, each.device) == ("nack", "imu")]
+    moments = {(each.kind, each.device, each.at_s) for each in sample}
+    at_s = [at_s for kind, _, at_s in moments if KINDS[kind].of not in OF_NO_DEVICE]
+    on_at_s = space.found.on.index(True) * EVERY / SECOND
+    early = sum(at < on_at_s for at in at_s) / len(at_s)
+    assert 0.5 < on_at_s < 1.0
+    assert min(nacks) < on_at_s
+    assert early == pytest.approx(0.25 + 0.75 * on_at_s / 4.0, abs=0.08)
 
 
 @pytest.mark.slow

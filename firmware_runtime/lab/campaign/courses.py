@@ -1,11 +1,13 @@
 """The order in which a campaign goes through its space: any beginning of it is a fair sample."""
 
+from array import array
+from bisect import bisect_left
 from collections.abc import Iterator
-from itertools import cycle, islice
+from itertools import count, cycle, islice
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE
 from firmware_runtime.lab.campaign.evenly import OTHER, spread
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.space import FIRST_BIT, Case, Space, is_of_a_bit
@@ -15,6 +17,9 @@ _RUNS_PER_SECOND: Final = 2
 faults again and again, take about a quarter of a campaign's time until each has been tried."""
 _BITS_A_TURN: Final = 4
 """For one of any other kind so many come of one that inverts a bit, or a byte."""
+_AT_START: Final = 4
+"""One in so many strikes before outputs are first on: what is measured or brought up once is so
+then, in a short time of which an even sample has next to nothing."""
 
 
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
@@ -22,14 +27,15 @@ def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
 
     Each kind of each device has as many as any other, as far as it has so many, but for bits and
     bytes: a sensor that is read often would leave next to none to a motor. Those of one are spread
-    evenly over its transactions. Cases that are alike come together.
+    evenly over its transactions, but that one in four of a device strikes as the robot starts.
+    Cases that are alike come together.
     """
-    count = space.pairs_from if most is None else min(most, space.pairs_from)
+    singles = space.pairs_from if most is None else min(most, space.pairs_from)
     pairs = len(space) - space.pairs_from
     done = 0
-    for index, number in enumerate(islice(_with_series(space), count), 1):
+    for index, number in enumerate(islice(_with_series(space), singles), 1):
         yield number
-        while done < pairs * index // count:
+        while done < pairs * index // singles:
             yield space.pairs_from + done
             done += 1
 
@@ -59,17 +65,19 @@ def _courses(space: Space) -> Iterator[int]:
     by_fault = space.by_fault()
     orders: list[Iterator[int]] = []
     of_bits: list[Iterator[int]] = []
-    for place in spread(len(by_fault)):
+    for turn, place in enumerate(spread(len(by_fault))):
         numbers = by_fault[place]
-        has_bits = is_of_a_bit(KINDS[space[numbers[0]].strikes[0].kind])
-        begin = FIRST_BIT if has_bits else place * OTHER
-        order: Iterator[int] = map(numbers.__getitem__, spread(len(numbers), begin))
-        for each in (orders, of_bits) if has_bits else (orders,):
-            each.append(order)
-    for turn in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
+        kind = KINDS[space[numbers[0]].strikes[0].kind]
+        if is_of_a_bit(kind):
+            orders.append(map(numbers.__getitem__, spread(len(numbers), FIRST_BIT)))
+            of_bits.append(orders[-1])
+        else:
+            at_start = 0 if kind.of in OF_NO_DEVICE else bisect_left(numbers, space.started)
+            orders.append(_order(numbers, at_start, place * OTHER, turn))
+    for course in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
         if not orders:
             return
-        for order in tuple(turn):
+        for order in tuple(course):
             first = next((number for number in order if not seen[number]), None)
             if first is None:
                 for each in (orders, of_bits):
@@ -79,6 +87,18 @@ def _courses(space: Space) -> Iterator[int]:
             for number in space.alike(first):
                 seen[number] = 1
                 yield number
+
+
+def _order(numbers: "array[int]", at_start: int, begin: int, turn: int) -> Iterator[int]:
+    """Yield numbers, spread evenly, some twice; it is the turn of one of the first `at_start`."""
+    evenly, starting = spread(len(numbers), begin), spread(at_start, begin)
+    for index in count(turn):
+        place = next(starting, None) if index % _AT_START == 0 else None
+        if place is None:
+            place = next(evenly, None)
+        if place is None:
+            return
+        yield numbers[place]
 
 
 def _is_failure(case: Case) -> bool:

@@ -129,8 +129,7 @@ class Space(Sequence[Case]):
 
     def _again(self, form: Form, shown: Sequence[Sequence[int]]) -> Case:
         """Return a fault each time that the one before has healed, from when outputs are on."""
-        on_at = self.found.on.index(True) * EVERY if True in self.found.on else 0
-        begin = bisect_left(self._use_times, on_at)
+        begin = bisect_left(self._use_times, self._on_at)
         first = [place for places in shown for place in places[bisect_left(places, begin) :][:1]]
         if not first:
             return Case((), AT_START)
@@ -190,6 +189,18 @@ class Space(Sequence[Case]):
         """Kinds that are in it, each with the device."""
         forms = (form for each in self._by_use.values() for form in each)
         return list(dict.fromkeys((form.kind.name, form.device) for form in forms))
+
+    @cached_property
+    def _on_at(self) -> int:
+        """When outputs are first on, ns; 0 where they never are."""
+        on = self.found.on
+        return on.index(True) * EVERY if True in on else 0
+
+    @cached_property
+    def started(self) -> int:
+        """The number of the first single fault that strikes when outputs have been on."""
+        place = bisect_left(self._use_times, self._on_at)
+        return self._ends[place - 1] if place else 0
 
     def by_fault(self) -> "list[array[int]]":
         """Return the numbers of single faults by kind and device, each in order of time."""
