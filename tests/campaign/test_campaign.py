@@ -855,3 +855,9 @@ def test_a_folder_of_findings_that_cannot_be_made_is_refused_before_any_run(
     monkeypatch.delattr("firmware_runtime.lab.campaign.campaigning.space_of")
     with pytest.raises(ConfigError, match="--findings"):  # root may write to /proc, and cannot
         campaign("tachobot", for_s=1.0, runs=1, findings="/proc/found")
+
+
+@pytest.mark.slow
+def test_one_that_is_disarmed_again_and_again_may_be_armed_in_between() -> None:
+    disarmed = Strike("disarm", at_s=1.0, for_s=0.5)
+    assert_sound("tachobot", [*disarmed.again(3, every_s=1.0)], for_s=4.0)

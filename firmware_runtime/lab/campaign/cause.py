@@ -55,6 +55,10 @@ class Cause:
         """Whether it is no matter of lines, so that it shows as it is made."""
         self.is_of_world = any(kind.of == "world" for kind in kinds)
         self.is_disarmed = all(kind.name == "disarm" for kind in kinds)
+        self.disarmed = [
+            (each.at, end_of(each.at, each.span)) for each in strikes if self.is_disarmed
+        ]
+        """From when to when, each time, where nothing else is done to it."""
         self.is_failure = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
         """Whether a robot that is all right stays where healthy ones are."""
         self.failing = [

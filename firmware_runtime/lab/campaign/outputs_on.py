@@ -76,8 +76,8 @@ class OutputsOn:
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
         """A disarmed robot with an output on, be it one that brakes."""
-        cause, within = self._cause, self._within
-        if not (cause.is_disarmed and cause.at + within < look.at <= cause.end):
+        within = self._within
+        if not any(at + within < look.at <= end for at, end in self._cause.disarmed):
             return None
         if self._watched.asked.has_output_on:
             return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
