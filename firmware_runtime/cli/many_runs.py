@@ -59,10 +59,14 @@ class RowProgress:
         now = monotonic()
         began, before = self._first = self._first or (now, done)
         rate = (done - before) / (now - began) if now - began > _RATED_AFTER_S else 0.0
-        line = self._line(done, size, failed, rate)
+        is_due = done == size or 10 * (done - self._said) >= size
+        self._said = done if is_due else self._said
+        self.say(self._line(done, size, failed, rate), is_due=is_due)
+
+    def say(self, line: str, *, is_due: bool = True) -> None:
+        """Show a line; where nothing is shown over and over, only one that `is_due`."""
         self._shown.show(line)
-        if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
-            self._said = done
+        if is_due and not self._shown.is_shown:
             print_line(line, sys.stderr)
 
     def close(self) -> None:

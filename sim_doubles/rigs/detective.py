@@ -157,9 +157,11 @@ class DetectiveRig(BoardRig):
         return None
 
     def lost(self) -> str | None:
-        """Return that its mission has failed: then it stands, be it that its run goes on."""
+        """Return that its mission has failed, where its run goes on all the same."""
         ending = None if self._mission is None else self._mission.ending
-        return "its mission has failed" if ending is not None and ending.failed else None
+        waits = self._settings.mission.on_failure == "wait"
+        is_lost = waits and ending is not None and ending.failed
+        return "its mission has failed" if is_lost else None
 
     def missed(self) -> str | None:
         """Return what goes wrong in a mission without faults."""

@@ -120,6 +120,14 @@ def execute(arguments: argparse.Namespace) -> int:
     return _watch(arguments) if arguments.watch else _campaign(arguments)
 
 
+class _CampaignProgress(RowProgress):
+    """How far the runs are, and then the findings, each of which is run some times more."""
+
+    def shorten(self, number: int, count: int) -> None:
+        """Say which finding is made shorter."""
+        self.say(f"finding {number} of {count} is made shorter")
+
+
 def _campaign(arguments: argparse.Namespace) -> int:
     if arguments.html is not None:
         check_page_file(arguments.html, "--html")
@@ -132,7 +140,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
         without=tuple(arguments.without),
         pairs=arguments.pairs,
     )
-    with interruptible(arguments.output), closing(RowProgress("with findings")) as progress:
+    with interruptible(arguments.output), closing(_CampaignProgress("with findings")) as progress:
         report = carry_out(
             mission,
             arguments.output,
@@ -143,6 +151,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
             scheduler=arguments.scheduler,
             resume=arguments.resume,
             progress=progress,
+            shortening=progress.shorten,
         )
     if arguments.html is not None:
         table = "" if arguments.output is None else str(arguments.output)

@@ -52,6 +52,8 @@ from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
 
 Progress: TypeAlias = Callable[[int, int, int], None]
 """Called with how many runs are done, how many there are, and how many of them found something."""
+Shortening: TypeAlias = Callable[[int, int], None]
+"""Called with the number of a finding that is made shorter now, the first is 1, and of how many."""
 
 AGAIN: Final = 12
 """Runs that are run again to see that they are the same, beside those with findings."""
@@ -133,8 +135,9 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     resume: bool = False,
     oracle: Oracle | None = None,
     progress: Progress | None = None,
+    shortening: Shortening | None = None,
 ) -> Report:
-    """Carry a campaign out; see `campaign`."""
+    """Carry a campaign out; see `campaign`. The table is there before findings are made shorter."""
     faults = [
         *_faults_of(mission, runs, budget_s, oracle),
         *how_faults(output, workers, scheduler, resume=resume),
@@ -174,11 +177,11 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             if progress is not None:
                 progress(len(rows), len(chosen), found)
         in_order = [rows[number] for number in sorted(rows)]
-        report = _report(mission, in_order, findings, oracle)
-        if output is not None and partial is not None and in_order:
+        if output is not None and in_order:
             write_table(Table(in_order), output)
-            if len(rows) >= len(chosen):
-                partial.remove()
+        report = _report(mission, in_order, findings, oracle, shortening)
+        if partial is not None and in_order and len(rows) >= len(chosen):
+            partial.remove()
     return report
 
 
@@ -201,9 +204,13 @@ def _rows_of(
 
 
 def _report(
-    mission: Mission, rows: Sequence[Row], folder: Path | None, oracle: Oracle | None
+    mission: Mission,
+    rows: Sequence[Row],
+    folder: Path | None,
+    oracle: Oracle | None,
+    shortening: Shortening | None,
 ) -> Report:
-    found = findings_of(rows, folder, oracle)
+    found = findings_of(rows, folder, oracle, shortening)
     step = max(1, len(rows) // AGAIN)
     again = [row for row in rows[::step] if not is_wrong(row)][:AGAIN]
     others = [row for row in again if not is_same(row, alone(trial_of(row), oracle=oracle))]

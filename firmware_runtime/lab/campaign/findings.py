@@ -6,7 +6,7 @@ settings; what is left is one line of fault script.
 """
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -131,11 +131,20 @@ def is_wrong(row: Row) -> bool:
 
 
 def findings_of(
-    rows: Sequence[Row], folder: Path | None, oracle: Oracle | None = None
+    rows: Sequence[Row],
+    folder: Path | None,
+    oracle: Oracle | None = None,
+    shortening: Callable[[int, int], None] | None = None,
 ) -> list[Finding]:
-    """Find what is wrong in rows, shorten it, and save it in a folder if one is given."""
+    """Find what is wrong in rows, shorten it, and save it in a folder if one is given.
+
+    `shortening` is called with the number of each of them, and how many there are.
+    """
     found: dict[Group, Finding] = {}
-    for alike in _alike(rows).values():
+    groups = _alike(rows).values()
+    for number, alike in enumerate(groups, 1):
+        if shortening is not None:
+            shortening(number, len(groups))
         same = group_in(found, alike[0])
         if same not in found:
             finding = _shortened(alike, oracle)
