@@ -35,6 +35,7 @@ from firmware_runtime.lab.campaign.verdict import Verdict
 from firmware_runtime.lab.campaign.watched import EVERY
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.lab.sweeps.sweep_table import read_table
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
 from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from firmware_runtime.system.signals import Signalled
@@ -330,7 +331,25 @@ def test_a_stale_value_that_is_passed_on_is_found_shortened_and_saved(
             "firmware_runtime.lab.campaign.campaigning.in_courses",
             lambda *_: iter(numbers_of("nack", None)[:2]),
         )
-        report = carry_out(UNCHECKED, workers=1, findings=tmp_path)
+        shortened: list[tuple[int, int]] = []
+
+        def stop(*_: int) -> None:
+            raise KeyboardInterrupt
+
+        table = tmp_path / "rows.csv"
+        with pytest.raises(KeyboardInterrupt):
+            carry_out(UNCHECKED, table, workers=1, shortening=stop)
+        assert len(read_table(table, "campaign").rows) == 2
+        report = carry_out(
+            UNCHECKED,
+            table,
+            workers=1,
+            findings=tmp_path,
+            resume=True,
+            progress=lambda *_: stop(),
+            shortening=lambda number, count: shortened.append((number, count)),
+        )
+    assert shortened == [(1, 1)]
     (finding,) = report.findings
     assert (finding.model, finding.kind, finding.count) == ("imu", "nack", 2)
     assert finding.faults[0].for_s == 0.05
