@@ -60,7 +60,8 @@ class RowProgress:
         began, before = self._first = self._first or (now, done)
         rate = (done - before) / (now - began) if now - began > _RATED_AFTER_S else 0.0
         is_due = done == size or 10 * (done - self._said) >= size
-        self._said = done if is_due else self._said
+        if is_due:
+            self._said = done
         self.say(self._line(done, size, failed, rate), is_due=is_due)
 
     def say(self, line: str, *, is_due: bool = True) -> None:

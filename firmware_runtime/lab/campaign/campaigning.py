@@ -25,6 +25,7 @@ from firmware_runtime.lab.campaign.asked import Oracle
 from firmware_runtime.lab.campaign.courses import in_courses
 from firmware_runtime.lab.campaign.findings import (
     Finding,
+    Shortening,
     as_in_rows,
     finding_without_faults,
     findings_of,
@@ -52,8 +53,6 @@ from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
 
 Progress: TypeAlias = Callable[[int, int, int], None]
 """Called with how many runs are done, how many there are, and how many of them found something."""
-Shortening: TypeAlias = Callable[[int, int], None]
-"""Called with the number of a finding that is made shorter now, the first is 1, and of how many."""
 
 AGAIN: Final = 12
 """Runs that are run again to see that they are the same, beside those with findings."""

@@ -3,7 +3,7 @@
 from array import array
 from bisect import bisect_left
 from collections.abc import Iterator
-from itertools import count, cycle, islice
+from itertools import chain, count, cycle, islice
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
@@ -68,12 +68,12 @@ def _courses(space: Space) -> Iterator[int]:
     for turn, place in enumerate(spread(len(by_fault))):
         numbers = by_fault[place]
         kind = KINDS[space[numbers[0]].strikes[0].kind]
-        if is_of_a_bit(kind):
-            orders.append(map(numbers.__getitem__, spread(len(numbers), FIRST_BIT)))
-            of_bits.append(orders[-1])
-        else:
-            at_start = 0 if kind.of in OF_NO_DEVICE else bisect_left(numbers, space.started)
-            orders.append(_order(numbers, at_start, place * OTHER, turn))
+        has_bits = is_of_a_bit(kind)
+        is_even = has_bits or kind.of in OF_NO_DEVICE
+        at_start = 0 if is_even else bisect_left(numbers, space.started)
+        order = _order(numbers, at_start, FIRST_BIT if has_bits else place * OTHER, turn)
+        for each in (orders, of_bits) if has_bits else (orders,):
+            each.append(order)
     for course in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
         if not orders:
             return
@@ -93,9 +93,8 @@ def _order(numbers: "array[int]", at_start: int, begin: int, turn: int) -> Itera
     """Yield numbers, spread evenly, some twice; it is the turn of one of the first `at_start`."""
     evenly, starting = spread(len(numbers), begin), spread(at_start, begin)
     for index in count(turn):
-        place = next(starting, None) if index % _AT_START == 0 else None
-        if place is None:
-            place = next(evenly, None)
+        first = starting if index % _AT_START == 0 else ()
+        place = next(chain(first, evenly), None)
         if place is None:
             return
         yield numbers[place]

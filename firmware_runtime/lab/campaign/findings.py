@@ -34,6 +34,8 @@ _WORDS: Final = 32
 """Words that a sensor measures, or outputs of a chip, at most."""
 Group: TypeAlias = tuple[str, str, str]
 """Oracle, model and kinds of a finding: what equal ones have in common."""
+Shortening: TypeAlias = Callable[[int, int], None]
+"""Called with the number of a finding that is made shorter now, the first is 1, and of how many."""
 _OWN: Final = "own"
 _ORACLE: Final = (
     "def judge(rig: object) -> str | None:",
@@ -134,12 +136,9 @@ def findings_of(
     rows: Sequence[Row],
     folder: Path | None,
     oracle: Oracle | None = None,
-    shortening: Callable[[int, int], None] | None = None,
+    shortening: Shortening | None = None,
 ) -> list[Finding]:
-    """Find what is wrong in rows, shorten it, and save it in a folder if one is given.
-
-    `shortening` is called with the number of each of them, and how many there are.
-    """
+    """Find what is wrong in rows, shorten it, and save it in a folder if one is given."""
     found: dict[Group, Finding] = {}
     groups = _alike(rows).values()
     for number, alike in enumerate(groups, 1):
