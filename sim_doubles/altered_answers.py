@@ -14,6 +14,8 @@ from sim_doubles.scripted_fault import Reading, burst_start
 FULL_SCALE: Final = "full-scale"
 SWAP: Final = "swap"
 """The kind that exchanges a word with its neighbour, where it has one."""
+NEGATE: Final = "negate"
+"""The kind that gives a word the other sign, where it has one."""
 _SIGNED, _UNSIGNED = (-(1 << 15), (1 << 15) - 1), (0, (1 << 16) - 1)
 
 
@@ -49,6 +51,11 @@ class InvertedBits(AlteredAnswer):
         return bytes(altered)
 
 
+def can_be_altered(words: Words, kind: str) -> bool:
+    """Return whether a fault of this kind alters these words: one needs a neighbour, one a sign."""
+    return (kind != SWAP or words.length > 1) and (kind != NEGATE or words.is_signed)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AlteredWord(AlteredAnswer):
     """One measured word of a chip is read as another: `number` counts round through them.
@@ -66,7 +73,7 @@ class AlteredWord(AlteredAnswer):
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
-        if not super().fits(messages) or (self.kind == SWAP and self._group.length == 1):
+        if not super().fits(messages) or not can_be_altered(self._group, self.kind):
             return False
         begin = self._register - burst_start(messages)
         return begin >= 0 and begin + 2 <= sum(m for m in messages if isinstance(m, int))

@@ -10,7 +10,12 @@ from typing import Any, Final, Protocol
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.hal.strike import KINDS, Span
-from sim_doubles.altered_answers import SWAP, AlteredWord, InvertedBits, LateAnswer
+from sim_doubles.altered_answers import (
+    AlteredWord,
+    InvertedBits,
+    LateAnswer,
+    can_be_altered,
+)
 from sim_doubles.clock import Now
 from sim_doubles.faults import (
     AbsentTarget,
@@ -67,9 +72,10 @@ class BusStrikes:
     def fitting(self, address: int | None) -> Collection[str]:
         """Return the kinds that fit the chip with this address, or any."""
         targets = self._targets(address)
-        of_sensors = OF_SENSORS if any(each.measured for each in targets) else ()
-        if not any(words.length > 1 for each in targets for words in each.measured):
-            of_sensors = tuple(kind for kind in of_sensors if kind != SWAP)
+        measured = [words for each in targets for words in each.measured]
+        of_sensors = tuple(
+            kind for kind in OF_SENSORS if any(can_be_altered(words, kind) for words in measured)
+        )
         of_outputs = OF_OUTPUTS if any(isinstance(each, HasOutputs) for each in targets) else ()
         return (*OF_ANY, *of_sensors, *of_outputs)
 

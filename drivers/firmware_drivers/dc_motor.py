@@ -10,17 +10,18 @@ from firmware_drivers.chips.pca9685 import POLL
 from firmware_drivers.chips.pca9685_registers import duty_burst
 from firmware_drivers.chips.step import Step
 from firmware_drivers.motors import Motors
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.wire_errors import NotReady
+from firmware_runtime.models.motion import Applied
 
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (*POLL, duty_burst(3))
 """Transactions of one command, on neighbouring channels, for the bus-time budget."""
 WRITTEN_EVERY: Final = 250 * MILLISECOND
-"""Ns between two commands that are written to a motor that turns: under a chip that was reset it
-stands until the next one."""
+"""Ns between two commands that are written to a motor that turns, or that brakes: under a chip that
+was reset, or whose outputs were disabled meanwhile, it is free until the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class BridgeMotor(Motors):
     """A motor on an H-bridge, driven by `commanded`, -1 to 1 of full voltage; 0 brakes.
 
     The phases are those of `Motors`; its refresh finds a chip that was reset under a motor that
-    turns. After a fault and at the end its outputs are full-off instead.
+    turns or brakes. After a fault and at the end its outputs are full-off instead.
     """
 
     def __init__(
@@ -66,6 +67,19 @@ class BridgeMotor(Motors):
     def is_moving(self) -> bool:
         """Return whether the motor is commanded to turn."""
         return self.commanded != 0.0
+
+    def settle(self) -> None:
+        """Obey, drive on, brake on, or stand with outputs full-off: that one is left alone."""
+        is_braked = self.applied is not Applied.NOTHING
+        self.watch_every = WRITTEN_EVERY if is_braked else NEVER
+        super().settle()
+
+    def look_after(self) -> None:
+        """Brake on, while outputs are enabled."""
+        if self.interlock():
+            self.write_and_report()
+        else:
+            self.wait_until_enabled()
 
     def write_command(self) -> None:
         """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""

@@ -100,6 +100,11 @@ class Motors(Actuator):
         """See whether motors that are to stand do so; most chips say nothing of it."""
         self.settle()
 
+    def wait_until_enabled(self) -> None:
+        """Stop as outputs are disabled; the command is obeyed once they are enabled again."""
+        self._has_command = True
+        self.disable()
+
     # The DEVS functions -------------------------------------------------------------------------
 
     def begin(self) -> None:
@@ -150,8 +155,7 @@ class Motors(Actuator):
         elif not self.interlock():
             if self._refusal is not None:
                 self._forget(self._refusal)
-            self._has_command = True
-            self.disable()
+            self.wait_until_enabled()
         elif self.phase == "driving":
             self._refresh()
         else:

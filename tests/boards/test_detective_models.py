@@ -19,6 +19,7 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Applied
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.faults import AbsentTarget, FaultScript
@@ -68,14 +69,19 @@ LONGEST = 20 * SECOND
 
 
 class Watched:
-    """A mission alone, with an interlock that can be taken back; `endings` and their seconds."""
+    """A mission alone, with an interlock that can be taken back.
+
+    `begun_s` is when it was given its start signal, `endings` how it ended, and when.
+    """
 
     def __init__(self) -> None:
         self.may_move = True
+        self.begun_s: list[float] = []
         self.endings: list[tuple[float, Ending]] = []
-        mission = Mission("mission", SECOND, 5, LONGEST, lambda: self.may_move)
+        self.mission = mission = Mission("mission", SECOND, 5, LONGEST, lambda: self.may_move)
         self.simulator = Simulator(mission)
         self.treads = {"right": mission.right, "left": mission.left}
+        self.simulator.listen(mission.in1, lambda at, _: self.begun_s.append(at / SECOND))
         self.simulator.listen(
             mission.ended, lambda at, ending: self.endings.append((at / SECOND, ending))
         )
@@ -107,6 +113,30 @@ def test_a_mission_that_takes_too_long_has_failed_once_and_disarmed_time_does_no
     assert watched.endings == []
     watched.run(1030)
     assert len(watched.endings) == 1
+
+
+FAILS, WORKS = (Fault("NoAcknowledge", "sonar1: no answer", times) for times in (2, 1))
+
+
+@pytest.mark.parametrize(
+    ("faults", "starts_at_s"),
+    [
+        ({}, 1.0),
+        ({0.9: WORKS}, 1.0),
+        ({0.2: FAILS}, 1.2),
+        ({0.2: FAILS, 1.1: FAILS, 1.3: FAILS, 1.5: WORKS}, 1.6),
+    ],
+)
+def test_a_mission_begins_once_no_device_fails_again_and_again(
+    faults: dict[float, Fault], starts_at_s: float
+) -> None:
+    watched = Watched()
+    for at_s, fault in faults.items():
+        watched.simulator.run(round(at_s * SECOND))
+        watched.simulator.inject(watched.mission.fault, fault)
+        watched.simulator.run(watched.simulator.now)
+    watched.run(5)
+    assert watched.begun_s == [starts_at_s]
 
 
 FORWARD = (("right", 1), ("left", 1))

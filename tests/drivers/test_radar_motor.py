@@ -70,15 +70,15 @@ def test_a_signal_that_is_none_switches_off_and_says_so(radar: Radar) -> None:
     assert "motor1.turn: signal 3, expected 0, 1 or 2" in radar.reasons
 
 
-def test_each_signal_is_a_poll_of_two_and_one_burst_and_so_is_each_quarter_second_of_turning(
+def test_each_signal_is_a_poll_of_two_and_one_burst_and_so_is_each_quarter_second_of_it(
     radar: Radar,
 ) -> None:
-    radar.play("100 turn=0; 100")
+    radar.play("100")
     before = radar.bus.transactions
     radar.play("200 turn=1; 10000")
     assert radar.bus.transactions == before + 3 * (1 + 39)
-    radar.play("10100 turn=0; 20000")  # braked: nothing turns that could have stopped
-    assert radar.bus.transactions == before + 3 * (1 + 39 + 1)
+    radar.play("10100 turn=0; 20000")
+    assert radar.bus.transactions == before + 3 * (1 + 39) + 3 * (1 + 39)
 
 
 def test_a_chip_that_is_reset_under_a_turning_head_is_found_in_a_second(radar: Radar) -> None:
@@ -86,6 +86,29 @@ def test_a_chip_that_is_reset_under_a_turning_head_is_found_in_a_second(radar: R
     radar.double.power_cycle()
     radar.play("1200; turns is ahead")
     assert "MODE1" in radar.reasons
+
+
+@pytest.mark.parametrize("armed_again_at", [250, 400, 5000])
+def test_a_head_that_braked_brakes_again_once_outputs_are_enabled_again(
+    radar: Radar, armed_again_at: int
+) -> None:
+    radar.play("100 turn=0; 210; turns is brake; switch; 211")
+    radar.double.power_cycle()  # as it is once its outputs were switched off
+    radar.play(f"{armed_again_at}; turns is off; switch; {armed_again_at + 500}; turns is brake")
+
+
+def test_a_chip_that_is_reset_under_a_head_that_brakes_is_found_in_a_second(radar: Radar) -> None:
+    radar.play("100 turn=0; 210; turns is brake")
+    radar.double.power_cycle()
+    radar.play("1200; turns is brake")
+    assert "MODE1" in radar.reasons
+
+
+def test_a_head_that_was_switched_off_is_left_alone(radar: Radar) -> None:
+    radar.play("100 turn=3; 210; off is True")
+    before = radar.bus.transactions
+    radar.play("20000; off is True")
+    assert radar.bus.transactions == before
 
 
 def test_a_head_that_turns_for_too_long_is_switched_off() -> None:

@@ -544,6 +544,15 @@ def test_a_word_that_is_alone_is_exchanged_with_none() -> None:
     assert "swap" not in fitting
 
 
+@pytest.mark.parametrize(("name", "fits"), [("srf08", False), ("cmps12", True)])
+def test_a_chip_whose_words_have_no_sign_gives_none_the_other_one(name: str, *, fits: bool) -> None:
+    clock = ManualClock()
+    chip = chip_double(name)
+    assert chip.address is not None
+    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+    assert ("negate" in bus.fitting(chip.address)) == fits
+
+
 def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:
     before = burst(awake)
     awake.faults(Strike("freeze-axis", "imu", amount=UP))

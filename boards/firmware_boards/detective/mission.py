@@ -14,6 +14,9 @@ CHECK_EVERY = SECOND
 """Ns between two checks of the time a mission has taken."""
 ENABLED_EVERY = SECOND // 10
 """Ns between two checks whether outputs are enabled, before the start."""
+SOUND_FOR = SECOND // 5
+"""Ns without a device that fails again, before the start; one that is being brought up fails less
+often than one that is read."""
 STOPS = 2
 """Both treads stop once when the radar sees the target, then turn, and once in front of it."""
 
@@ -24,6 +27,7 @@ class Mission(Atomic):
     waking (0) --sonars! 1, compasses! periodic--> waiting (start_after)
     waiting, outputs enabled --> starting (0) --in1! 1--> watching
     waiting, outputs disabled --> waiting (a tenth of a second)
+    waiting, a device failed twice in a row meanwhile --> waiting (a fifth of a second)
     watching (a second, again and again) --> watching
     watching, both treads stopped, turned and stopped, or --reached?--> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
@@ -67,6 +71,8 @@ class Mission(Atomic):
         self._commands = [STILL, STILL]
         self._stops = 0
         self._spent = 0
+        self._is_failing = False
+        """A device has failed twice in a row since it was last looked."""
 
     def initialize(self) -> None:
         """Wake the sensors at once."""
@@ -89,7 +95,7 @@ class Mission(Atomic):
         if self.phase == "waking":
             self.hold_in("waiting", self.start_after)
         elif self.phase == "waiting":
-            self._start_if_enabled()
+            self._start_if_ready()
         elif self.phase == "ending":
             self.passivate("ended")
         else:
@@ -105,9 +111,15 @@ class Mission(Atomic):
                 return
         self.continue_(elapsed)
 
-    def _start_if_enabled(self) -> None:
-        """Start the controller once what it commands can move: it says each thing once."""
-        if self.interlock():
+    def _start_if_ready(self) -> None:
+        """Start the controller once what it needs works, and what it commands can move.
+
+        It says each thing once.
+        """
+        if self._is_failing:
+            self._is_failing = False
+            self.hold_in("waiting", SOUND_FOR)
+        elif self.interlock():
             self.activate("starting")
         else:
             self.hold_in("waiting", ENABLED_EVERY)
@@ -139,6 +151,7 @@ class Mission(Atomic):
 
     def _judge(self) -> Ending | None:
         for fault in self.fault:
+            self._is_failing |= fault.consecutive > 1
             if fault.consecutive >= self.faults or fault.kind == Runaway.__name__:
                 return Ending(fault.reason, failed=True)
         if self.contradiction:
