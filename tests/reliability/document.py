@@ -83,7 +83,7 @@ def _campaigns(kept: Kept) -> Iterator[str]:
     if findings:
         yield from (
             "",
-            "Found then; [campaign.md](campaign.md#what-it-has-found) says what is fixed:",
+            "Found then; [campaign-findings.md](campaign-findings.md) says what is fixed:",
             "",
             *findings,
         )

@@ -93,6 +93,8 @@ class Healthy(Struct, frozen=True):
     envelope: Envelope
     on: tuple[bool, ...]
     """Whether outputs were on, by look, in every run."""
+    always_on: frozenset[str]
+    """Chips that have an output on as soon as any chip has, and at each look from then on."""
     not_finite: frozenset[str]
     """Ports that send numbers that are not finite when all is well."""
     arrows: frozenset[str]
@@ -162,6 +164,7 @@ def healthy(mission: Mission) -> Healthy:
         kinds=first.kinds,
         envelope=_envelope(first.names, looks, first.stated.borne),
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
+        always_on=frozenset.intersection(*(each.always_on for each in runs)),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
@@ -186,6 +189,8 @@ class _Run:
         self.uses: list[UseOfLine] = []
         self.wrong: Wrong | None = None
         self.gaps = Gaps()
+        self.always_on: frozenset[str] = frozenset()
+        self._on_since: int | None = None
         with mission.running(seed) as robot:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
@@ -207,6 +212,7 @@ class _Run:
                 before = watched.at
                 self.looks.append(watched.go_on())
                 self.gaps.look(self.looks[-1], watched)
+                self._note_on(watched)
                 watched.held_for(self.looks[-1])  # a rig that cannot say so is refused
                 self.taken.append(frozenset(watched.reached))
                 self.wrong = self.wrong or wrong_by_itself(watched, self.stated)
@@ -229,6 +235,17 @@ class _Run:
         if self.wrong is None and pace is not None:
             bus, what = pace
             self.wrong = Wrong("paced", bus, f"{what}, and no fault was made", until)
+
+    def _note_on(self, watched: Watched) -> None:
+        """Take down which chips are on as soon as any is, 0.3 s later at the most, and stay so."""
+        outputs = watched.asked.outputs if watched.outcome is None else {}
+        on = frozenset(chip for chip, count in outputs.items() if count)
+        if self._on_since is None and on:
+            self._on_since = len(self.looks)
+        if self._on_since is None or watched.outcome is not None:
+            return
+        is_begun = len(self.looks) - self._on_since >= _SLACK
+        self.always_on = self.always_on & on if is_begun else self.always_on | on
 
     def _note(self, watched: Watched, before: int) -> None:
         """Take down the uses since the last time."""

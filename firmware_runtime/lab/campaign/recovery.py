@@ -55,6 +55,7 @@ class Recovery:
             self._on_at = max(look.at, self._cause.end)
         off = self._off(look)
         found = off or self._astray(look) or (None if is_resting else self._unready())
+        found = found or self._chip_off(look)
         if found is not None:
             self._unwell_at = look.at
         if off is not None:
@@ -81,13 +82,25 @@ class Recovery:
 
         Where the faults have moved it, off is right for as long as something is said.
         """
-        if look.is_on or not self._healthy.is_on(look.at):
-            return None
-        said = self._watched.said_last() if self._cause.may_rest else None
-        if said is not None and said.at >= look.at - _SAID_LATELY:
+        if look.is_on or not self._healthy.is_on(look.at) or self._may_rest(look):
             return None
         begin = "the fault" if self._on_at == self._cause.end else "they were on again"
         return "unhealed", f"{self._off_for / SECOND:g} s after {begin} outputs are off"
+
+    def _chip_off(self, look: Look) -> tuple[str, str] | None:
+        """Return that a robot is driven, and a chip is off that never is when all is well."""
+        if not look.is_on or not self._healthy.always_on or self._may_rest(look):
+            return None
+        outputs = self._watched.asked.outputs
+        off = [chip for chip in sorted(self._healthy.always_on) if not outputs.get(chip)]
+        if not off:
+            return None
+        return "unhealed", f"{self._after} {off[0]} is off, which never is when all is well"
+
+    def _may_rest(self, look: Look) -> bool:
+        """Return whether the faults have moved it, and it said something lately."""
+        said = self._watched.said_last() if self._cause.may_rest else None
+        return said is not None and said.at >= look.at - _SAID_LATELY
 
     def _unready(self) -> tuple[str, str] | None:
         """Return that a device speaks against arming which does not when all is well."""
