@@ -15,8 +15,10 @@ from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.dc_motor import BridgeMotor
 from firmware_drivers.hardware import HardwareModel
 from firmware_drivers.imu import Imu
+from firmware_drivers.motors import Motors
 from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
 from firmware_drivers.treads import Treads
@@ -209,6 +211,21 @@ def test_a_rig_says_how_soon_its_robot_is_healthy_again(monkeypatch: pytest.Monk
     monkeypatch.setattr(hardware, "RETRY_AFTER", 3 * SECOND)
     with pytest.raises(AssertionError, match=r"unhealed of imu: 2\.2 s after the fault outputs"):
         assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_chip_that_stays_off_while_another_one_drives_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    disarmed = Strike("disarm", at_s=5.3, for_s=3.0)
+    assert_sound("detective", [disarmed], for_s=5.5)
+    monkeypatch.setattr(BridgeMotor, "settle", Motors.settle)  # what brakes is left alone
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match="5 s after the fault radar_motor is off, which never"):
+        assert_sound("detective", [disarmed], for_s=5.5)
+
+
+def test_a_sonar_that_is_dead_from_its_first_ranging_keeps_the_mission_from_its_start() -> None:
+    assert_sound("detective", [Strike("nack", "radar_sonar", at_s=0.07665, for_s=1.0)], for_s=5.5)
 
 
 def test_a_run_that_ends_of_a_fault_that_was_over_at_once_is_not_healed_where_its_rig_says_so(
