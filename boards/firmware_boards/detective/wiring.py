@@ -119,7 +119,7 @@ class DetectiveRobot(Coupled):
             self.couple(device.fault_out, mission.fault)
 
     def _add_second_look(self) -> None:
-        """What the radar finds, and the next ping does not -> the mission has failed."""
+        """What the radar finds, and neither of the next two pings -> the mission has failed."""
         look = self.add(SecondLook("second_look"))
         self.couple(self.radar_gate.passed, look.head)
         self.couple(self.radar_sonar.detected_out, look.detected)
