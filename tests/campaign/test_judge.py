@@ -293,7 +293,7 @@ def test_a_robot_that_rests_later_than_healthy_ones_is_healed_and_one_that_gives
 
         assert said((False, 2.0), (True, 0.2), (False, 2.0), (True, 0.2)) is None
         found = said((True, 0.2), (False, 2.4))
-    assert found == "2.2 s after they were on again outputs are off"
+    assert found == "2.2 s after they were last on outputs are off"
 
 
 def test_a_robot_that_goes_on_later_than_at_once_has_as_long_from_then_on_to_find_its_way() -> None:

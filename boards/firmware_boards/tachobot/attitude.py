@@ -16,7 +16,7 @@ from firmware_runtime.models.cross_check import (
     Source,
     Window,
 )
-from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.system.elementary import atan2
 
 FIELDS_AVERAGED = 100
@@ -40,6 +40,7 @@ class Attitude(Atomic):
 
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
+    any --applied?--> the same
     any, fields too few, not trusted for DOUBT --sample?--> ending (0) --ended!--> lost
     any --contradiction?--> ending (0) --ended!--> lost
 
@@ -52,10 +53,11 @@ class Attitude(Atomic):
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
     samples that were trusted: what it turned meanwhile only the compass knows. It is taken off
     until CATCHING_UP later, as what a network kept meanwhile comes at once. Whole turns in a gap,
-    or made while it is disabled, do not count: a robot that hovers would unwind them, faster than
-    its gyro measures. The average ends there, too, and goes back to the first few fields: such a
-    turn would be taken for where the robot was at first. What contradicts itself by then may have
-    lied about that from the beginning: then yaw zero is not known, and the run ends.
+    or made while it is disabled or nothing that drives applies what it is told, do not count: the
+    robot would unwind them, faster than its gyro measures. The average ends there, too, and goes
+    back to the first few fields: such a turn would be taken for where the robot was at first. What
+    contradicts itself by then may have lied about that from the beginning: then yaw zero is not
+    known, and the run ends.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Attitude(Atomic):
         super().__init__(name)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
+        self.applied = self.in_port("applied", Applied)
         self.trusted = self.in_port("trusted", bool)
         self.contradiction = self.in_port("contradiction", Fault)
         """The rate is not what drives the robot makes of it, or nothing reaches what drives it."""
@@ -82,8 +85,10 @@ class Attitude(Atomic):
         self._has_gap = False
         """Whether there was one, and no field of the compass CATCHING_UP after it yet."""
         self._since_gap = 0
-        self._disabled_at = 0.0
-        """Its yaw, rad."""
+        self._has_drive = True
+        """Whether what drives applies some of its commands, as far as it has said."""
+        self._adrift_at: float | None = None
+        """Its yaw, rad, when it was last enabled and driven; None while it is."""
 
     def initialize(self) -> None:
         """Wait for a sample, or to be enabled."""
@@ -107,7 +112,9 @@ class Attitude(Atomic):
             self.passivate("lost")
             return
         if self.enable:
-            self._enable(is_enabled=self.enable[-1])
+            self.enabled = self.enable[-1]
+        if self.applied:
+            self._has_drive = self.applied[-1] is not Applied.NOTHING
         self._doubted_for += 0 if self.is_trusted else elapsed
         if self.trusted:
             self.is_trusted = self.trusted[-1]
@@ -121,7 +128,7 @@ class Attitude(Atomic):
             return
         is_sound = bool(self.sample) and self.is_trusted
         if is_sound and (self.enabled or self.motion is not None):
-            self.motion = self._estimate(self.sample[-1], self._since_sample)
+            self.motion = self._adrift(self._estimate(self.sample[-1], self._since_sample))
             self._since_sample = 0
         if not self.enabled:
             self.passivate("disabled")
@@ -130,16 +137,15 @@ class Attitude(Atomic):
         else:
             self.passivate("waiting")
 
-    def _enable(self, *, is_enabled: bool) -> None:
-        """Note where it is disabled; enabled again it is within half a turn of there."""
-        if self.motion is not None:
-            yaw, rate = self.motion
-            if self.enabled and not is_enabled:
-                self._disabled_at = yaw
-            elif is_enabled and not self.enabled:
-                turned = math.remainder(yaw - self._disabled_at, math.tau)
-                self.motion = Motion(self._disabled_at + turned, rate)
-        self.enabled = is_enabled
+    def _adrift(self, motion: Motion) -> Motion:
+        """Return a motion within half a turn of where the robot was last driven."""
+        yaw, rate = motion
+        if self.enabled and self._has_drive:
+            self._adrift_at = None
+            return motion
+        if self._adrift_at is None:
+            self._adrift_at = yaw
+        return Motion(self._adrift_at + math.remainder(yaw - self._adrift_at, math.tau), rate)
 
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
         rate, field = sample.rate[2], sample.field

@@ -61,6 +61,7 @@ class Controller(PidController[Pid]):
             self.couple(check.agrees_out, attitude.trusted)
         self.couple(self.sample, attitude.sample)
         self.couple(self.enable, attitude.enable)
+        self.couple(self.applied, attitude.applied)
         self.couple(self.yaw_reference, yaw.reference_in)
         self.couple(self._predicted(settings, yaw_plant), yaw.measurement)
         self.couple(attitude.yaw, allocation.yaw)

@@ -1,5 +1,7 @@
 """How far the robot leans: the gyro's rate integrated, slowly pulled to where gravity points."""
 
+from typing import Final
+
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 
 from firmware_runtime.devs.atomic import Atomic
@@ -7,13 +9,18 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.system.elementary import atan2
 
+AT_REST: Final = 10
+"""So many times as fast is the pull of gravity while the robot lies: no motor accelerates it."""
+
 
 class Tilt(Atomic):
     """Turns every sample into pitch (rad, forward positive) and its rate, at the same instant.
 
     waiting --sample?--> estimating (0) --pitch! upright!--> waiting
 
-    `upright` is sent when it changes: 1 within the limit, 0 beyond it.
+    `upright` is sent when it changes: 1 within the limit, 0 beyond it. Beyond it the pitch goes to
+    where gravity points AT_REST times as fast: one that a sensor has led astray would pass through
+    upright on its way back, and be wrong when the robot is raised.
     """
 
     def __init__(self, name: str, time_constant: int, upright_rad: float) -> None:
@@ -56,5 +63,6 @@ class Tilt(Atomic):
         if self.motion is None:
             return Motion(by_gravity, rate)
         pitch = self.motion.position + (self.motion.rate + rate) / 2 * elapsed / SECOND
-        share = min(1.0, elapsed / self.time_constant)
+        constant = self.time_constant if self.is_upright else self.time_constant / AT_REST
+        share = min(1.0, elapsed / constant)
         return Motion(pitch + share * (by_gravity - pitch), rate)

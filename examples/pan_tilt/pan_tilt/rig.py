@@ -60,7 +60,7 @@ class PanTiltRig(BoardRig):
     @property
     def also_in(self) -> tuple[str, ...]:
         """A light that swings to beyond the end of its pan."""
-        return (f"world.azimuth_rad={self._settings.servos.pan.most_rad - 0.05:.3g}",)
+        return (f"world.azimuth_rad={self._settings.servos.pan.most_rad - 0.035:.4g}",)
 
     @property
     def shown(self) -> OutPort[float]:

@@ -2,9 +2,11 @@
 
 A robot may be well again, drive its outputs and report nothing, and yet have given up what it is
 for. Its healthy runs say whether the mission ends by itself, and its rig what it is for (`missed`).
-One that cannot go on is put back, where its rig can do that (`restore`), and has to begin again.
+One that cannot go on is put back, where its rig can do that (`restore`), and has to begin again: a
+robot whose fault is over in the first half of its mission is so in any run.
+A fault that lasts excuses that, but may show in nothing for long, as where a tank runs dry.
 To go on takes many times as long as to be sure that the robot is well, so a few runs do: one of
-each kind of fault of each device.
+each kind of fault of each device, and one of the same that lasts.
 """
 
 from collections.abc import Iterable
@@ -28,18 +30,19 @@ _TIMES: Final = 2
 def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
     """Return the numbers of those that go on: a pure function of what is chosen, in its order.
 
-    The first one of each kind of each device that is over in the first half of the mission; those
-    of people, whom a robot meets every day, at once, and others now and then.
+    The first one of each kind of each device that is over in the first half of the mission, and the
+    first that lasts from then on; those of people, whom a robot meets every day, at once, and
+    others now and then.
     """
     others = others_per_mission(space.found)
     mission = seconds(space.found.mission.for_s)
-    tried: set[tuple[str, str]] = set()
+    tried: set[tuple[str, str, bool]] = set()
     found: set[int] = set()
     for count, number in enumerate(chosen):
         if number >= space.singles:
             continue
         (strike,) = space[number].strikes
-        fault = strike.kind, strike.device
+        fault = strike.kind, strike.device, strike.span == NEVER
         if fault in tried or not _may_go_on(strike, mission):
             continue
         if KINDS[strike.kind].of == "people" or len(found) * others <= count:
@@ -49,14 +52,16 @@ def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
 
 
 def _may_go_on(strike: Strike, mission: int) -> bool:
-    return strike.span != NEVER and 2 * (strike.at + strike.span) <= mission
+    span = 0 if strike.span == NEVER else strike.span
+    return 2 * (strike.at + span) <= mission
 
 
 class Fulfilment:
     """Asks a robot whose run goes on for what it is for, at the end of its mission.
 
     `until` is that end, ns, and 0 where the run need not go on. A robot has as long as healthy
-    ones; for a mission that ends by itself twice as long, and more after the fault.
+    ones; for a mission that ends by itself twice as long, and more after the fault. One whose fault
+    lasts is not asked.
     """
 
     def __init__(
@@ -77,16 +82,20 @@ class Fulfilment:
         self._recovered_within = healthy.stated.recovered
         self._asked_from = cause.end + self._recovered_within
         self.until = 0
-        if goes_on and cause.end != NEVER:
+        self._mission_ends_at = healthy.until
+        is_over_early = 2 * cause.end <= seconds(healthy.mission.for_s)
+        self._is_put_back = is_over_early and "restore" in healthy.answers
+        if goes_on:
             self.until = healthy.until
-            if self._ends_at is not None:
+            if self._ends_at is not None and cause.end != NEVER:
                 self.until = max(self.until, _TIMES * self._ends_at + self._asked_from)
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence, when it is time."""
         asked = self._watched.asked
-        lost = asked.lost() if self.until else None
+        lost = asked.lost() if self.until or self._is_put_back else None
         if lost is not None:
+            self.until = max(self.until, self._mission_ends_at)
             return self._put_back(look, lost)
         if look.at < self._asked_from or not self.until:
             return None

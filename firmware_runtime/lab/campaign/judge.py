@@ -259,10 +259,12 @@ class Judge:
         """A robot that drives beside its envelope, and says nothing.
 
         What a fault drives by itself while the robot starts up is known once its sensors are up.
+        One that is told to drive, and whose output does nothing, drives.
         """
         outside = None
         can_know = not self._cause.turns_it or self._healthy.has_been_on(look.at)
-        if look.is_on and self._said is None and can_know and self._cause.is_failure:
+        is_on = look.is_on or (self._cause.drives and self._watched.asked.has_output_on)
+        if is_on and self._said is None and can_know and self._cause.is_failure:
             outside = self._healthy.envelope.outside(look)
         if self._outside_for.span(look.at, is_so=outside is not None) <= self._healthy.within:
             return None

@@ -84,7 +84,7 @@ class Recovery:
         """
         if look.is_on or not self._healthy.is_on(look.at) or self._may_rest(look):
             return None
-        begin = "the fault" if self._on_at == self._cause.end else "they were on again"
+        begin = "the fault" if self._on_at == self._cause.end else "they were last on"
         return "unhealed", f"{self._off_for / SECOND:g} s after {begin} outputs are off"
 
     def _chip_off(self, look: Look) -> tuple[str, str] | None:

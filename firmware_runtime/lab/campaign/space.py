@@ -39,8 +39,10 @@ from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.watched import EVERY
 
 _FOR_A_WHILE_S: Final = 1.0
-_DISARMED_S: Final = 3.0
-"""A while to an operator: longer than the last command of a motor is obeyed."""
+_DISARMED_S, _LONG_DISARMED_S = 3.0, 15.0
+"""A while to an operator: longer than most drivers obey the last command, and than all do."""
+_LONG_EACH: Final = 4
+"""One in so many is disarmed for the longer while."""
 PAIRED_WITHIN: Final = SECOND
 _MOST_AGAIN: Final = 12
 """How often a fault comes, at most, that does so again and again."""
@@ -112,7 +114,10 @@ class Space(Sequence[Case]):
     def _strike(self, form: Form, place: int) -> Strike:
         """Return the fault of a form at the use with this number."""
         at_s, amount = self._use_times[place] / SECOND, self._amount(form.kind, place)
-        return Strike(form.kind.name, form.device, at_s, form.for_s, amount)
+        for_s = form.for_s
+        if for_s == _DISARMED_S and form.kind.of == "people" and number_of(place) % _LONG_EACH == 0:
+            for_s = _LONG_DISARMED_S
+        return Strike(form.kind.name, form.device, at_s, for_s, amount)
 
     @cached_property
     def _series(self) -> Sequence[Case]:

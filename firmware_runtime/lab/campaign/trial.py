@@ -202,7 +202,7 @@ def _together(course: Sequence[tuple[Trial, int]], watched: Watched, found: Heal
     strike, hardware = shorter.strikes[0], watched.robot.session.hardware
     end = strike.at + strike.span
     hardware.strike(longer.strikes)
-    judge = Judge(watched, found, longer.strikes)
+    judge = Judge(watched, found, longer.strikes, goes_on=longer.goes_on)
     verdict = _verdict(longer, lambda: judge.judge_until(end - EVERY))
     if verdict is not None and hardware.world_now() > end:  # it ended while it was switched off
         return [longer.row(its_number, verdict)]
