@@ -15,8 +15,9 @@ from firmware_runtime.lab.campaign.space import FIRST_BIT, Case, Space, is_of_a_
 _RUNS_PER_SECOND: Final = 2
 """For one run of a whole mission so many others come for each of its seconds. Those that go on, and
 faults again and again, take about a quarter of a campaign's time until each has been tried."""
-_BITS_A_TURN: Final = 4
-"""For one of any other kind so many come of one that inverts a bit, or a byte."""
+_TURNS: Final = 4
+"""For one of any other kind so many come of one that inverts a bit, or a byte, and of what people
+do, which a robot meets every day."""
 _AT_START: Final = 4
 """One in so many strikes before outputs are first on: what is measured or brought up once is so
 then, in a short time of which an even sample has next to nothing."""
@@ -25,9 +26,10 @@ then, in a short time of which an even sample has next to nothing."""
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
     """Yield all numbers of a space, spread evenly, `most` faults and all pairs.
 
-    Each kind of each device has as many as any other, as far as it has so many, but for bits and
-    bytes: a sensor that is read often would leave next to none to a motor. Those of one are spread
-    evenly over its transactions, but that one in four of a device strikes as the robot starts.
+    Each kind of each device has as many as any other, as far as it has so many, but for bits, bytes
+    and people: a sensor that is read often would leave next to none to a motor. Those of one are
+    spread evenly over its transactions, but that one in four of a device strikes as the robot
+    starts.
     Cases that are alike come together.
     """
     singles = space.pairs_from if most is None else min(most, space.pairs_from)
@@ -64,7 +66,7 @@ def _courses(space: Space) -> Iterator[int]:
     seen = bytearray(space.singles)
     by_fault = space.by_fault()
     orders: list[Iterator[int]] = []
-    of_bits: list[Iterator[int]] = []
+    often: list[Iterator[int]] = []
     for turn, place in enumerate(spread(len(by_fault))):
         numbers = by_fault[place]
         kind = KINDS[space[numbers[0]].strikes[0].kind]
@@ -72,15 +74,15 @@ def _courses(space: Space) -> Iterator[int]:
         is_even = has_bits or kind.of in OF_NO_DEVICE
         at_start = 0 if is_even else bisect_left(numbers, space.started)
         order = _order(numbers, at_start, FIRST_BIT if has_bits else place * OTHER, turn)
-        for each in (orders, of_bits) if has_bits else (orders,):
+        for each in (orders, often) if has_bits or kind.of == "people" else (orders,):
             each.append(order)
-    for course in cycle((orders, *[of_bits] * (_BITS_A_TURN - 1))):
+    for course in cycle((orders, *[often] * (_TURNS - 1))):
         if not orders:
             return
         for order in tuple(course):
             first = next((number for number in order if not seen[number]), None)
             if first is None:
-                for each in (orders, of_bits):
+                for each in (orders, often):
                     if order in each:
                         each.remove(order)
                 continue
