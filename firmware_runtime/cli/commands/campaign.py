@@ -44,7 +44,7 @@ and being disarmed at each of these moments; what holds a bus up on all of the b
 over at once again and again; a sample of pairs by --pairs. Not in it: load, friction and walls,
 disks and networks, and new settings. A robot is judged from outside, by its outputs, the truth of
 its world, and the faults that its models report: it may be off, or degraded and say so, within
---within. `campaign show FILE` sums a table up, with -o PAGE.html as a page. `campaign rerun FILE
+--within. `campaign show FILE` sums a table up, with -o or --html PAGE.html as a page. `campaign rerun FILE
 ROW` runs a row again and says whether it is the same, to the bit, with --runs N in place of ROW so
 many rows, spread evenly; `campaign rerun FOLDER` all findings that --findings has kept, and says
 which are fixed. With --watch those are run again on every save of the robot's files, and nothing
@@ -167,14 +167,17 @@ def _told(report: Report, arguments: argparse.Namespace) -> int:
 def _show(arguments: argparse.Namespace) -> int:
     if arguments.file is None or arguments.row is not None:
         raise ConfigError.of_one("campaign", "no FILE, or a ROW", expected="campaign show FILE")
-    if arguments.output is not None:
-        check_page_file(arguments.output)
+    if arguments.output is not None and arguments.html is not None:
+        raise ConfigError.of_one("campaign", "-o and --html", expected="one of them, for the page")
+    page, option = arguments.output or arguments.html, "--html" if arguments.html else "-o"
+    if page is not None:
+        check_page_file(page, option)
     kept = [] if arguments.findings is None else read_findings(arguments.findings)
     report = report_of(read_table(arguments.file, "campaign").rows, kept)
-    if arguments.output is None:
+    if page is None:
         return _told(report, arguments)
-    write_page(campaign_page(report, str(arguments.file)), arguments.output)
-    print(arguments.output)
+    write_page(campaign_page(report, str(arguments.file)), page, option)
+    print(page)
     return Status.OK
 
 
@@ -246,7 +249,8 @@ def _rerun(arguments: argparse.Namespace) -> int:
     print(
         f"first reported: {said} after {now['said_after_s']} s" if said else "nothing was reported"
     )
-    print("the same as in the table" if same else f"another than in the table: {before['outcome']}")
+    other = f"another than in the table: {before['outcome']}; its robot may have changed since"
+    print("the same as in the table" if same else other)
     return Status.OK if same else Status.MODEL_ERROR
 
 

@@ -93,7 +93,7 @@ class Finding(Struct, frozen=True, kw_only=True):
         after = ", after its mission" * (self.at_s > self.mission.for_s and not self.faults)
         return [
             f"{self.oracle} of {self.model}: {self.what}{alike}",
-            f"  {script} {chosen}",
+            f"  {script} {chosen}{', to the end of its mission' * self.goes_on}",
             f"  known at {self.at_s:g} s{after}{', another one each time' * self.is_flaky}; {kept}",
         ]
 
@@ -106,6 +106,7 @@ class Finding(Struct, frozen=True, kw_only=True):
             "what": self.what,
             "at_s": self.at_s,
             "faults": sources_of(self.faults),
+            "goes_on": self.goes_on,
             "set": list(self.mission.assignments),
             "row": self.row,
             "count": self.count,

@@ -120,7 +120,7 @@ def stated_by(
         ("borne", _unknown(stated.borne, names) if names else map(_no_number, stated.borne)),
         (
             "off_within_s",
-            _unknown(stated.off_within_s, [*devices, *models]),
+            _unknown(stated.off_within_s, list(dict.fromkeys([*devices, *models]))),
         ),
         ("ends_within_s", _unknown(stated.ends_within_s, models)),
         ("unknowable", faults_of(stated.unknowable, places)),
