@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.motion import Applied, Motion
 from tests.support.atomic_bench import AtomicBench
 
 # Attitude -----------------------------------------------------------------------------------------
@@ -74,6 +74,16 @@ def test_whole_turns_made_while_it_is_disabled_do_not_count() -> None:
         if tick in (50, 350):
             estimator.put(40 * tick, enable=tick == 350)
         estimator.feel(40 * tick, 1.0)
+    assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
+
+
+def test_whole_turns_made_while_nothing_drives_it_do_not_count() -> None:
+    estimator = Estimator()
+    for tick in range(400):
+        if tick in (50, 350):
+            estimator.put(40 * tick, applied=Applied.NOTHING if tick == 50 else Applied.ALL)
+        estimator.feel(40 * tick, 1.0)
+    assert len(estimator.values("yaw")) == 400
     assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
 
 

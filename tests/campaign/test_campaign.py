@@ -805,7 +805,11 @@ def test_a_robot_that_has_gone_on_by_itself_is_watched_until_that_shows(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("without", "said"),
-    [("freeze:imo", "did you mean imu"), ("push:", "expected one of imu")],
+    [
+        ("freeze:imo", "did you mean imu"),
+        ("push:", "expected one of imu"),
+        ("push:imu", "no fault of imu; expected one of nack"),
+    ],
 )
 def test_a_fault_that_is_left_out_is_one_of_the_robot(without: str, said: str) -> None:
     with pytest.raises(ConfigError, match=f"--without {without}: {said}"):

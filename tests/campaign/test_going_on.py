@@ -6,6 +6,7 @@ import pytest
 from firmware_boards.detective.mission import Mission as DetectiveMission
 from firmware_drivers.treads import Treads
 
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.courses import in_courses
@@ -23,14 +24,16 @@ SILENCE = Strike("nack", "imu", at_s=1.2, for_s=0.2)
 
 
 @pytest.mark.slow
-def test_one_run_of_each_fault_that_is_over_soon_goes_on_and_those_of_people_first() -> None:
+def test_one_run_of_each_fault_that_is_over_soon_or_lasts_goes_on_those_of_people_first() -> None:
     space = space_of(MISSION)
     chosen = list(islice(in_courses(space), 600))
     found = going_on(space, chosen)
     strikes = [space[number].strikes[0] for number in chosen if number in found]
-    faults = [(each.kind, each.device) for each in strikes]
+    faults = [(each.kind, each.device, each.span == NEVER) for each in strikes]
     assert len(set(faults)) == len(faults) >= 600 // 24
-    assert all(each.at + each.span <= 1_500_000_000 for each in strikes)
+    assert {lasts for _, _, lasts in faults} == {True, False}
+    ends = [each.at + (0 if each.span == NEVER else each.span) for each in strikes]
+    assert all(end <= 1_500_000_000 for end in ends)
     of_people = {each.name for each in KINDS.values() if each.of == "people"}
     assert of_people & {each.kind for each in strikes}
     assert going_on(space, chosen[:100]) < found
@@ -56,6 +59,37 @@ def test_a_robot_that_is_well_again_and_has_given_up_what_it_is_for_is_found(
     (finding,) = findings_of([row], None)
     assert (finding.oracle, finding.goes_on) == ("missed", True)
     assert finding.faults == (Strike("nack", "imu", at_s=1.2, for_s=0.0),)
+
+
+@pytest.mark.slow
+def test_a_fault_that_lasts_may_show_in_nothing_until_much_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    slow = Strike("slow", "imu", at_s=1.2)
+    truth = TachobotRig.truth
+
+    def creeping(rig: TachobotRig) -> dict[str, object]:
+        was_struck = any(bus.struck_at is not None for bus in rig.buses.values())
+        aside = 9.0 if was_struck and rig.now() > 6 * SECOND else 0.0
+        told = truth(rig).items()
+        return {name: each + aside if isinstance(each, float) else each for name, each in told}
+
+    assert_sound("tachobot", [slow], for_s=3.0, goes_on=True)
+    monkeypatch.setattr(TachobotRig, "truth", creeping)
+    assert_sound("tachobot", [slow], for_s=3.0)
+    with pytest.raises(AssertionError, match="silent of imu: "):
+        assert_sound("tachobot", [slow], for_s=3.0, goes_on=True)
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_lost_is_put_back_and_goes_on_in_any_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lie = Strike("swap", "imu", at_s=1.15, for_s=1.0, amount=2.0)
+    assert_sound("balancing", [lie])
+    monkeypatch.setattr("balancing.tilt.AT_REST", 1)  # its pitch comes back no faster as it lies
+    with pytest.raises(AssertionError, match=r"missed of imu: it was put back .* it has fallen"):
+        assert_sound("balancing", [lie])
 
 
 @pytest.mark.slow

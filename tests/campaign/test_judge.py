@@ -46,6 +46,7 @@ from sim_doubles.rigs.detective import DetectiveRig
 from sim_doubles.rigs.tachobot import TachobotRig
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("anew")]
+BROKEN = (("weak", "thrust_pairs"), ("slow", "imu"))
 SILENT_IMU = Strike("nack", "imu", at_s=2.0, for_s=0.2)
 
 
@@ -222,6 +223,26 @@ def test_a_chip_that_stays_off_while_another_one_drives_is_found(
     healthy.cache_clear()
     with pytest.raises(AssertionError, match="5 s after the fault radar_motor is off, which never"):
         assert_sound("detective", [disarmed], for_s=5.5)
+
+
+def test_a_robot_that_is_told_to_drive_and_whose_output_is_broken_is_driven(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    weak, slow = (Strike(kind, device, at_s=1.2) for kind, device in BROKEN)
+    truth = TachobotRig.truth
+
+    def creeping(rig: TachobotRig) -> dict[str, object]:
+        aside = 9.0 if rig.now() > 2 * SECOND else 0.0
+        told = truth(rig).items()
+        return {name: each + aside if isinstance(each, float) else each for name, each in told}
+
+    assert_sound("tachobot", [weak], for_s=1.5)
+    # by what its outputs do, not by what they are told
+    monkeypatch.setattr(TachobotRig, "is_driven", property(lambda rig: rig.now() < 1.2 * SECOND))
+    monkeypatch.setattr(TachobotRig, "truth", creeping)
+    assert_sound("tachobot", [slow], for_s=1.5)
+    with pytest.raises(AssertionError, match="silent of thrust_pairs: "):
+        assert_sound("tachobot", [weak], for_s=1.5)
 
 
 def test_a_sonar_that_is_dead_from_its_first_ranging_keeps_the_mission_from_its_start() -> None:

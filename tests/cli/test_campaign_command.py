@@ -40,6 +40,8 @@ def test_a_table_is_a_page_and_its_findings_are_run_again(command: Command, tmp_
     table.write_text(text.replace(",sound,", ",silent,"), encoding="utf-8")
     shown = command("campaign", "show", str(table), "-o", str(tmp_path / "other.json"))
     assert (shown.status, shown.out.strip()) == (0, str(tmp_path / "other.json"))
+    assert command("campaign", "show", str(table), "--html", str(tmp_path / "o.html")).status == 0
+    assert (tmp_path / "o.html").stat().st_size > 10_000
     keep_findings(findings, "tachobot", as_in_rows(read_table(table).rows))
     again = command("campaign", "rerun", str(findings))
     assert again.status == 0
@@ -67,6 +69,7 @@ def test_of_another_row_it_is_said_that_it_is_another(command: Command, tmp_path
         (("tachobot", "--budget", "0s"), "expected a positive number"),
         (("tachobot", "--runs", "0"), "--runs: 0; expected 1 or more"),
         (("tachobot", "table.csv"), "expected options only"),
+        (("show", "table.csv", "-o", "a.html", "--html", "b.html"), "expected one of them"),
         (("tachobit",), "did you mean tachobot"),
         (("rerun",), "no FILE"),
         (("show",), "no FILE"),

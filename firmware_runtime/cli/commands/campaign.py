@@ -44,11 +44,12 @@ and being disarmed at each of these moments; what holds a bus up on all of the b
 over at once again and again; a sample of pairs by --pairs. Not in it: load, friction and walls,
 disks and networks, and new settings. A robot is judged from outside, by its outputs, the truth of
 its world, and the faults that its models report: it may be off, or degraded and say so, within
---within. `campaign show FILE` sums a table up, with -o or --html PAGE.html as a page. `campaign rerun FILE
-ROW` runs a row again and says whether it is the same, to the bit, with --runs N in place of ROW so
-many rows, spread evenly; `campaign rerun FOLDER` all findings that --findings has kept, and says
-which are fixed. With --watch those are run again on every save of the robot's files, and nothing
-else is. Exit status 0: nothing was found; 1: something was, or a row that was run again is another.
+--within. `campaign show FILE` sums a table up, with -o or --html PAGE.html as a page.
+`campaign rerun FILE ROW` runs a row again and says whether it is the same, to the bit, with
+--runs N in place of ROW so many rows, spread evenly; `campaign rerun FOLDER` all findings that
+--findings has kept, and says which are fixed. With --watch those are run again on every save of the
+robot's files, and nothing else is. Exit status 0: nothing was found; 1: something was, or a row
+that was run again is another.
 """
 _UNITS: Final = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
 _MISSION_S: Final = 10.0
