@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from firmware_boards.detective.angles import are_close, growth, shorter_way_grows
+from firmware_boards.detective.angles import are_close, growth, is_between, shorter_way_grows
 from firmware_boards.detective.messages import Degree, Message
 from firmware_boards.detective.mission import Mission
 from firmware_boards.detective.second_look import SecondLook
@@ -51,6 +51,53 @@ def test_the_way_taken_is_no_longer_than_half_a_turn(heading: float, target: flo
 def test_whole_turns_make_no_difference_to_a_match(angle: float, turns: int) -> None:
     assert are_close(angle, angle + 360 * turns, 0)
     assert not are_close(angle, angle + 360 * turns + 0.001, 0)
+
+
+@pytest.mark.parametrize(
+    ("start", "angle", "end", "is_so"),
+    [
+        (294, 292, 289, True),
+        (289, 292, 294, True),
+        (2, 359, 355, True),
+        (355, 359, 2, True),
+        (294, 292, 293, False),
+        (289, 292, 291, False),
+        (100, 292, 120, False),
+        (200, 20, 190, False),
+        (250, 292, 340, False),
+    ],
+)
+def test_an_angle_lies_between_two_that_are_near_it(
+    start: float, angle: float, end: float, *, is_so: bool
+) -> None:
+    assert is_between(start, angle, end) == is_so
+
+
+@pytest.mark.parametrize(
+    ("readings", "tolerance_deg", "matches"),
+    [
+        ([294, 293, 289], 0.5, 1),
+        ([294, 293], 0.5, 0),
+        ([294, 292], 0.5, 1),
+        ([280, 285, 300], 0.5, 1),
+        ([294, 293, 289], 0.0, 0),
+        ([294, 292], 0.0, 1),
+    ],
+)
+def test_a_heading_matches_that_leaps_over_what_it_was_asked_for(
+    readings: list[float], tolerance_deg: float, matches: int
+) -> None:
+    compass = AtomicBench(Compass2("compass2", tolerance_deg=tolerance_deg))
+    compass.put(5, request=Degree(292))
+    compass.put(10, reading=292.0)
+    assert len(compass.said["answer"]) == 0
+    compass.run(50)
+    assert len(compass.said["answer"]) == 1
+    compass.put(100, request=Degree(292))  # what was read before counts no more
+    for index, reading in enumerate(readings):
+        compass.put(110 + 20 * index, reading=float(reading))
+    compass.run(1000)
+    assert len(compass.said["answer"]) == 1 + matches
 
 
 def test_kinds_of_message_never_compare_equal() -> None:

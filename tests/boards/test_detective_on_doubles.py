@@ -246,12 +246,14 @@ def test_an_echo_of_nothing_is_reported_with_the_next_ping_and_turns_it_no_furth
 
 
 @pytest.mark.parametrize("at_s", [1.827145, 3.807145])
-def test_one_echo_of_nothing_that_the_next_ping_does_not_hear_ends_the_mission(at_s: float) -> None:
+def test_one_echo_of_nothing_that_the_next_two_pings_do_not_hear_ends_the_mission(
+    at_s: float,
+) -> None:
     struck = Strike("wrong-byte", "radar_sonar", at_s=at_s, for_s=0.0, amount=3.0)
     with open_board("detective", doubles=True, clock="virtual", faults=[struck]) as robot:
         ended = robot.run(10.0)
         assert "second_look: what stopped the head (m) is 2.55, expected heard" in ended.reason
-        assert ended.at / SECOND - at_s < 0.1
+        assert ended.at / SECOND - at_s < 0.15
 
 
 def test_one_echo_of_nothing_before_it_is_no_target_that_was_reached() -> None:

@@ -4,6 +4,11 @@ Differences are taken to a thousand-millionth of a degree, so that decimals equa
 as 560.1 and 200.1, are found equal although their binary fractions differ.
 """
 
+from typing import Final
+
+NEAR_DEG: Final = 45.0
+"""What lies between two angles is nearer to either: there is no other side farther away."""
+
 
 def growth(start: float, end: float) -> float:
     """Return the angle from `start` up to `end`: 0 up to, but not including, 360."""
@@ -23,3 +28,9 @@ def shorter_way_grows(heading: float, target: float) -> bool:
     """
     grown = growth(heading, target)
     return 0 < grown < 180 or (grown == 180 and heading > target)
+
+
+def is_between(start: float, angle: float, end: float) -> bool:
+    """Return whether an angle lies between two that are near it, one on either side."""
+    grown = growth(start, angle), growth(angle, end)
+    return max(grown) < NEAR_DEG or min(grown) > 360 - NEAR_DEG

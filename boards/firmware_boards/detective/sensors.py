@@ -6,7 +6,7 @@ goes to their controller.
 
 from typing import Final
 
-from firmware_boards.detective.angles import are_close
+from firmware_boards.detective.angles import are_close, is_between
 from firmware_boards.detective.messages import Degree, Message
 from firmware_boards.detective.parameters import HOP, TOLERANCE_DEG
 from firmware_runtime.devs.time import NEVER
@@ -82,6 +82,10 @@ class Sonar2(StateDiagram):
 class Compass2(StateDiagram):
     """Asked with the signal 1, reports the next heading; given an angle, reports when they match.
 
+    With a tolerance they match as well where one reading is on one side of the angle and the next
+    on the other: a reading that is wrong may leap over it, and the robot would turn all the way
+    round. Without one it is the paper's.
+
     Raises ValueError if the tolerance is negative: then nothing would ever match.
     """
 
@@ -100,11 +104,23 @@ class Compass2(StateDiagram):
             "target": Degree,
             "match": self._is_match,
         }
+        self._before: float | None = None
+        """The reading before, since it was asked."""
         self.follow(COMPASS2, words, hop=hop)
+
+    def external(self, elapsed: int) -> None:
+        """Take a reading, or begin anew with a request."""
+        if self.request:
+            self._before = None
+        super().external(elapsed)
 
     def _is_match(self, reading: float, kept: Kept) -> bool:
         target: Degree = kept["target"]
-        return are_close(reading, target.value, self.tolerance_deg)
+        before, self._before = self._before, reading
+        if are_close(reading, target.value, self.tolerance_deg):
+            return True
+        may_leap = self.tolerance_deg > 0
+        return may_leap and before is not None and is_between(before, target.value, reading)
 
 
 def _angle(kept: Kept) -> Degree:
