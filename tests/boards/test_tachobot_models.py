@@ -87,6 +87,16 @@ def test_whole_turns_made_while_nothing_drives_it_do_not_count() -> None:
     assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
 
 
+def test_whole_turns_made_before_anything_drives_it_do_not_count() -> None:
+    estimator = Estimator()
+    estimator.put(1, applied=Applied.NOTHING)
+    for tick in range(1, 400):
+        if tick == 350:
+            estimator.put(40 * tick, applied=Applied.ALL)
+        estimator.feel(40 * tick, 1.0)
+    assert estimator.yaw == pytest.approx(398 * 0.04 - 2 * math.tau)
+
+
 N = FIELDS_AVERAGED
 
 

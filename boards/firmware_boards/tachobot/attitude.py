@@ -87,7 +87,7 @@ class Attitude(Atomic):
         self._since_gap = 0
         self._has_drive = True
         """Whether what drives applies some of its commands, as far as it has said."""
-        self._adrift_at: float | None = None
+        self._adrift_at = None if enabled else 0.0
         """Its yaw, rad, when it was last enabled and driven; None while it is."""
 
     def initialize(self) -> None:
@@ -111,10 +111,8 @@ class Attitude(Atomic):
         if self.phase == "lost":
             self.passivate("lost")
             return
-        if self.enable:
-            self.enabled = self.enable[-1]
-        if self.applied:
-            self._has_drive = self.applied[-1] is not Applied.NOTHING
+        if self.enable or self.applied:
+            self._follow_drive()
         self._doubted_for += 0 if self.is_trusted else elapsed
         if self.trusted:
             self.is_trusted = self.trusted[-1]
@@ -128,8 +126,10 @@ class Attitude(Atomic):
             return
         is_sound = bool(self.sample) and self.is_trusted
         if is_sound and (self.enabled or self.motion is not None):
-            self.motion = self._adrift(self._estimate(self.sample[-1], self._since_sample))
+            self.motion = self._estimate(self.sample[-1], self._since_sample)
             self._since_sample = 0
+            if self._adrift_at is not None:
+                self.motion = _within_half_a_turn(self.motion, self._adrift_at)
         if not self.enabled:
             self.passivate("disabled")
         elif is_sound:
@@ -137,15 +137,16 @@ class Attitude(Atomic):
         else:
             self.passivate("waiting")
 
-    def _adrift(self, motion: Motion) -> Motion:
-        """Return a motion within half a turn of where the robot was last driven."""
-        yaw, rate = motion
+    def _follow_drive(self) -> None:
+        """Note whether it is driven, and where it was last."""
+        if self.enable:
+            self.enabled = self.enable[-1]
+        if self.applied:
+            self._has_drive = self.applied[-1] is not Applied.NOTHING
         if self.enabled and self._has_drive:
             self._adrift_at = None
-            return motion
-        if self._adrift_at is None:
-            self._adrift_at = yaw
-        return Motion(self._adrift_at + math.remainder(yaw - self._adrift_at, math.tau), rate)
+        elif self._adrift_at is None:
+            self._adrift_at = 0.0 if self.motion is None else self.motion.position
 
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
         rate, field = sample.rate[2], sample.field
@@ -181,6 +182,11 @@ class Attitude(Atomic):
         if self._headings <= FIELDS_AT_REST:
             self._heading_at_rest = self._heading_at_zero
         return 0.0
+
+
+def _within_half_a_turn(motion: Motion, of_rad: float) -> Motion:
+    yaw, rate = motion
+    return Motion(of_rad + math.remainder(yaw - of_rad, math.tau), rate)
 
 
 def gap_of(settings: ControllerSettings) -> int:
