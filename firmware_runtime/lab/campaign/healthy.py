@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Strike, Use
-from firmware_runtime.lab.campaign.mission import Mission, faults_of, unfitting
+from firmware_runtime.lab.campaign.mission import Mission, faults_of
 from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
@@ -152,9 +152,8 @@ def healthy(mission: Mission) -> Healthy:
     seeds = mission.seeds(RUNS)
     runs = [_Run(mission, seed) for seed in seeds]
     first = runs[0]
-    wrong = [*faults_of(mission.without, first.places), *unfitting(mission.without, first.places)]
-    if wrong:
-        raise ConfigError("campaign", [f"--without {each}" for each in wrong])
+    if faults := [f"--without {each}" for each in faults_of(mission.without, first.places)]:
+        raise ConfigError("campaign", faults)
     count = max(len(each.looks) for each in runs)
     taken = [[_at(each.taken, number) for each in runs] for number in range(count)]
     looks = [[_at(each.looks, number) for each in runs] for number in range(count)]

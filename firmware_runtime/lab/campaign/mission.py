@@ -137,12 +137,3 @@ def faults_of(words: Sequence[str], places: Sequence[Place] | None = None) -> It
             names = [place.name for place in places]
             if device not in names:
                 yield f"{each}: {expected_one_of(device, names)}"
-
-
-def unfitting(words: Sequence[str], places: Sequence[Place]) -> Iterator[str]:
-    """Yield which of the faults to leave out, `KIND:DEVICE`, no fault of that device is."""
-    fitting = {place.name: place.kinds for place in places}
-    for each in words:
-        kind, _, device = each.partition(":")
-        if device in fitting and kind not in fitting[device]:
-            yield f"{each}: no fault of {device}; expected one of {', '.join(fitting[device])}"
