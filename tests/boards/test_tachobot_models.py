@@ -68,22 +68,23 @@ def test_whole_turns_of_a_gap_do_not_count() -> None:
     assert estimator.yaw == pytest.approx(8.0 - math.tau)
 
 
-def test_whole_turns_made_while_it_is_disabled_do_not_count() -> None:
+@pytest.mark.parametrize(
+    ("adrift", "driven", "says"),
+    [
+        ({"enable": False}, {"enable": True}, 100),
+        ({"applied": Applied.NOTHING}, {"applied": Applied.ALL}, 400),
+    ],
+    ids=["while it is disabled", "while nothing drives it"],
+)
+def test_whole_turns_that_it_makes_by_itself_do_not_count(
+    adrift: dict[str, object], driven: dict[str, object], says: int
+) -> None:
     estimator = Estimator()
     for tick in range(400):
         if tick in (50, 350):
-            estimator.put(40 * tick, enable=tick == 350)
+            estimator.put(40 * tick, **(adrift if tick == 50 else driven))
         estimator.feel(40 * tick, 1.0)
-    assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
-
-
-def test_whole_turns_made_while_nothing_drives_it_do_not_count() -> None:
-    estimator = Estimator()
-    for tick in range(400):
-        if tick in (50, 350):
-            estimator.put(40 * tick, applied=Applied.NOTHING if tick == 50 else Applied.ALL)
-        estimator.feel(40 * tick, 1.0)
-    assert len(estimator.values("yaw")) == 400
+    assert len(estimator.values("yaw")) == says
     assert estimator.yaw == pytest.approx(399 * 0.04 - 2 * math.tau)
 
 

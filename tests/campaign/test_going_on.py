@@ -17,6 +17,7 @@ from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
 from firmware_runtime.runs.fault_test import sources_of
 from sim_doubles.rigs.tachobot import TachobotRig
+from tests.support.truth_aside import truth_aside
 
 pytestmark = pytest.mark.usefixtures("anew")
 MISSION = Mission(board="tachobot", for_s=3.0)
@@ -66,16 +67,12 @@ def test_a_fault_that_lasts_may_show_in_nothing_until_much_later(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     slow = Strike("slow", "imu", at_s=1.2)
-    truth = TachobotRig.truth
 
-    def creeping(rig: TachobotRig) -> dict[str, object]:
-        was_struck = any(bus.struck_at is not None for bus in rig.buses.values())
-        aside = 9.0 if was_struck and rig.now() > 6 * SECOND else 0.0
-        told = truth(rig).items()
-        return {name: each + aside if isinstance(each, float) else each for name, each in told}
+    def has_crept(rig: TachobotRig) -> bool:
+        return rig.now() > 6 * SECOND and any(bus.struck_at for bus in rig.buses.values())
 
     assert_sound("tachobot", [slow], for_s=3.0, goes_on=True)
-    monkeypatch.setattr(TachobotRig, "truth", creeping)
+    monkeypatch.setattr(TachobotRig, "truth", truth_aside(has_crept))
     assert_sound("tachobot", [slow], for_s=3.0)
     with pytest.raises(AssertionError, match="silent of imu: "):
         assert_sound("tachobot", [slow], for_s=3.0, goes_on=True)

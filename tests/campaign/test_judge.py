@@ -44,6 +44,7 @@ from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid
 from sim_doubles.rigs.detective import DetectiveRig
 from sim_doubles.rigs.tachobot import TachobotRig
+from tests.support.truth_aside import truth_aside
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("anew")]
 BROKEN = (("weak", "thrust_pairs"), ("slow", "imu"))
@@ -229,17 +230,10 @@ def test_a_robot_that_is_told_to_drive_and_whose_output_is_broken_is_driven(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     weak, slow = (Strike(kind, device, at_s=1.2) for kind, device in BROKEN)
-    truth = TachobotRig.truth
-
-    def creeping(rig: TachobotRig) -> dict[str, object]:
-        aside = 9.0 if rig.now() > 2 * SECOND else 0.0
-        told = truth(rig).items()
-        return {name: each + aside if isinstance(each, float) else each for name, each in told}
-
     assert_sound("tachobot", [weak], for_s=1.5)
     # by what its outputs do, not by what they are told
     monkeypatch.setattr(TachobotRig, "is_driven", property(lambda rig: rig.now() < 1.2 * SECOND))
-    monkeypatch.setattr(TachobotRig, "truth", creeping)
+    monkeypatch.setattr(TachobotRig, "truth", truth_aside(lambda rig: rig.now() > 2 * SECOND))
     assert_sound("tachobot", [slow], for_s=1.5)
     with pytest.raises(AssertionError, match="silent of thrust_pairs: "):
         assert_sound("tachobot", [weak], for_s=1.5)

@@ -534,23 +534,23 @@ def test_a_word_is_exchanged_with_the_next_one_and_the_last_with_the_first(
     assert burst(awake) == pytest.approx(expected, abs=200)
 
 
-def test_a_word_that_is_alone_is_exchanged_with_none() -> None:
-    clock = ManualClock()
-    chip = chip_double("ads1115")
-    assert chip.address is not None
-    bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
-    fitting = bus.fitting(chip.address)
-    assert "negate" in fitting
-    assert "swap" not in fitting
-
-
-@pytest.mark.parametrize(("name", "fits"), [("srf08", False), ("cmps12", True)])
-def test_a_chip_whose_words_have_no_sign_gives_none_the_other_one(name: str, *, fits: bool) -> None:
+@pytest.mark.parametrize(
+    ("name", "kind", "fits"),
+    [
+        pytest.param("ads1115", "negate", True, id="a word with a sign"),
+        pytest.param("ads1115", "swap", False, id="a word that is alone"),
+        pytest.param("cmps12", "negate", True, id="a word with a sign among others"),
+        pytest.param("srf08", "negate", False, id="words of no sign"),
+    ],
+)
+def test_a_word_is_exchanged_with_a_neighbour_and_negated_where_it_has_one_or_a_sign(
+    name: str, kind: str, *, fits: bool
+) -> None:
     clock = ManualClock()
     chip = chip_double(name)
     assert chip.address is not None
     bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
-    assert ("negate" in bus.fitting(chip.address)) == fits
+    assert (kind in bus.fitting(chip.address)) == fits
 
 
 def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:

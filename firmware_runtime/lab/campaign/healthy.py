@@ -238,11 +238,12 @@ class _Run:
 
     def _note_on(self, watched: Watched) -> None:
         """Take down which chips are on as soon as any is, 0.3 s later at the most, and stay so."""
-        outputs = watched.asked.outputs if watched.outcome is None else {}
-        on = frozenset(chip for chip, count in outputs.items() if count)
+        if watched.outcome is not None:
+            return
+        on = frozenset(chip for chip, count in watched.asked.outputs.items() if count)
         if self._on_since is None and on:
             self._on_since = len(self.looks)
-        if self._on_since is None or watched.outcome is not None:
+        if self._on_since is None:
             return
         is_begun = len(self.looks) - self._on_since >= _SLACK
         self.always_on = self.always_on & on if is_begun else self.always_on | on
