@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _FASTEST_TURN_RAD_S: Final = 6.0
 """A turn a second: several times what any mission of this robot asks of it."""
 _THERE_BY: Final = 8 * SECOND
-_THERE_RAD: Final = 0.1
+_THERE_RAD: Final = 0.05
 """It takes 3.9 s to be there within 0.02 rad; friction may hold it a little aside."""
 
 
@@ -110,7 +110,7 @@ class TachobotRig(BoardRig):
         else pushes there, not even friction, and the others hold it. What turns it further its
         movement contradicts; nothing on board measures where it is.
         """
-        turns = {self._probe.yaw_rad.path: 0.35}
+        turns = {self._probe.yaw_rad.path: 0.4}
         if self._settings.esc_in_use is None:
             return turns
         moves = {f"tachobot.world.{axis}.{part}": 0.2 for axis in "xy" for part in (0, 1)}

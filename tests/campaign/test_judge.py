@@ -10,6 +10,8 @@ from firmware_boards.detective.turning import VehicleTurn
 from firmware_boards.tachobot import allocation
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_boards.tachobot.attitude import Attitude
+from firmware_boards.tachobot.controller import Controller
+from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_drivers import hardware
 from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
@@ -196,7 +198,7 @@ def test_a_robot_that_takes_another_angle_for_its_own_afterwards_is_astray(
 
     def mistaken(model: Attitude, sample: InertialSample, elapsed: int) -> Motion:
         if elapsed > SECOND // 2:
-            model._heading_at_zero -= 0.4
+            model._heading_at_zero -= 0.5
         return estimate(model, sample, elapsed)
 
     estimate = Attitude._estimate
@@ -406,6 +408,53 @@ def test_a_robot_that_is_driven_on_by_what_reports_again_and_again_is_found(
     monkeypatch.setattr(Treads, "has_acted", lambda _: True)  # no fault is one in a row
     with pytest.raises(AssertionError, match="on of treads: treads has reported again and again"):
         assert_sound("detective", dead)
+
+
+def test_a_check_that_reports_now_and_then_of_a_robot_that_stays_where_it_is_is_no_driving_on() -> (
+    None
+):
+    assert_sound("tachobot", [Strike("noise", "imu", at_s=9.37, amount=6.0)])
+
+
+def test_a_robot_that_is_driven_on_without_what_a_sensor_no_longer_measures_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    unheard = Strike("zero", "body_sonar", at_s=3.0)
+    assert_sound("detective", [unheard])
+    pinged = Sonar._ping
+
+    def ping(sonar: Sonar) -> None:
+        pinged(sonar)
+        sonar.consecutive_faults = 0
+
+    monkeypatch.setattr(Sonar, "_ping", ping)
+    healthy.cache_clear()
+    said = "on of body_sonar: body_sonar has reported, and sent nothing, for 1.2 s, and it is drive"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("detective", [unheard])
+
+
+def test_settings_that_are_taken_up_as_they_are_and_move_the_robot_are_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reload = Strike("reload", at_s=1.2)
+    assert_sound("tachobot", [reload], for_s=1.5, goes_on=True)
+    retuned = Controller.retune
+
+    def retune(controller: Controller, settings: TachobotSettings) -> None:
+        retuned(controller, settings)
+        controller.yaw.integral_n = 0.0
+
+    monkeypatch.setattr(Controller, "retune", retune)
+    healthy.cache_clear()
+    said = "changed of world: it took up its settings as they are, and tachobot.world.yaw"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [reload], for_s=1.5)
+
+
+def test_an_oracle_of_its_rig_is_not_asked_of_outputs_that_are_out_of_reach_for_good() -> None:
+    spinning = Strike("full-on", "thrust_pairs", at_s=0.04792, amount=0.0)
+    assert_sound("tachobot", [spinning], goes_on=True)
 
 
 def test_what_goes_wrong_later_than_the_mission_is_found_and_not_struck(

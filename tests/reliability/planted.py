@@ -397,6 +397,37 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        self._write(MODE, mode)\n        self._write(SPEED1",
         "        self._write(SPEED1",
     ),
+    "settings that are taken up again give a gain the value of another": Mistake(
+        "balancing",
+        "reload",
+        f"{STANDS}controller.py",
+        "self.lean.per_place_rad_s = settings.lean_per_place_rad_s",
+        "self.lean.per_place_rad_s = settings.lean_per_speed_rad",
+    ),
+    "a ping that is taken ends the failures of a sonar in a row": Mistake(
+        "detective",
+        "body_sonar",
+        f"{MODELS}sonar.py",
+        "            self._least_interval = self.chip.line.elapsed()",
+        "            self.consecutive_faults = 0\n"
+        "            self._least_interval = self.chip.line.elapsed()",
+    ),
+    "an IMU that is brought up again forgets its gyro's bias": Mistake(
+        "tachobot",
+        "imu",
+        f"{MODELS}imu.py",
+        "        self._is_bring_up_due = False\n        self._bring_up.restart()\n",
+        "        self._is_bring_up_due = False\n"
+        "        self.bias = NO_BIAS\n"
+        "        self._bring_up.restart()\n",
+    ),
+    "a robot that lies is driven by its last command": Mistake(
+        "balancing",
+        "imu",
+        f"{STANDS}controller.py",
+        "        elif self.balance and not self.is_balancing:\n            self.drive = 0.0\n",
+        "",
+    ),
     "a run tries twice only to switch off its outputs": Mistake(
         "balancing",
         "wheels",

@@ -55,6 +55,7 @@ class Cause:
         """Whether it is no matter of lines, so that it shows as it is made."""
         self.is_of_world = any(kind.of == "world" for kind in kinds)
         self.is_disarmed = all(kind.name == "disarm" for kind in kinds)
+        self.is_reloaded = all(kind.name == "reload" for kind in kinds)
         self.disarmed = [
             (each.at, end_of(each.at, each.span)) for each in strikes if self.is_disarmed
         ]

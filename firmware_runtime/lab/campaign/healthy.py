@@ -91,6 +91,8 @@ class Healthy(Struct, frozen=True):
     places: tuple[Place, ...]
     kinds: tuple[Kind, ...]
     envelope: Envelope
+    looks: tuple[Look, ...]
+    """Those of the run with the mission's own seed."""
     on: tuple[bool, ...]
     """Whether outputs were on, by look, in every run."""
     always_on: frozenset[str]
@@ -163,6 +165,7 @@ def healthy(mission: Mission) -> Healthy:
         places=first.places,
         kinds=first.kinds,
         envelope=_envelope(first.names, looks, first.stated.borne),
+        looks=tuple(first.looks),
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         always_on=frozenset.intersection(*(each.always_on for each in runs)),
         not_finite=frozenset(path for each in runs for path in each.not_finite),

@@ -25,7 +25,7 @@ from firmware_runtime.lab.campaign.outputs_on import OutputsOn
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
-from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import EVERY, SENT, Lasting, Look, Said, Watched
 from firmware_runtime.lab.campaign.withheld import withheld
 from firmware_runtime.statistics.figures import Figures
 
@@ -128,6 +128,7 @@ class Judge:
             or self._own()
             or self._outputs.judge(look)
             or self._invented(look)
+            or self._changed(look)
             or self._stale(look)
             or self._late(look)
             or self._unnamed(look)
@@ -152,6 +153,9 @@ class Judge:
         return None
 
     def _own(self) -> tuple[str, str] | None:
+        """What the board's own oracle says; not of what a lasting fault keeps out of its reach."""
+        if self._said is not None and self._cause.out_of_reach_until == NEVER:
+            return None
         said = self._watched.asked.judged()
         return None if said is None else ("own", said)
 
@@ -169,6 +173,19 @@ class Judge:
             return None
         what = f"{said.model} reports {said.kind} ({said.sentence})"
         return "invented", f"{what}, and nothing failed: it was disarmed"
+
+    def _changed(self, look: Look) -> tuple[str, str] | None:
+        """A robot that has taken up its settings as they are, and goes on otherwise than without.
+
+        To the bit: it has the gains, the limits and the state that it had.
+        """
+        looks, number = self._healthy.looks, look.at // EVERY - 1
+        if not self._cause.is_reloaded or number >= len(looks) or look == looks[number]:
+            return None
+        pairs = zip(self._healthy.envelope.names, look.numbers, looks[number].numbers, strict=True)
+        changes = [f"{name} is {now!r}, {was!r} without" for name, now, was in pairs if now != was]
+        what = next(iter(changes), f"outputs are {'on' if look.is_on else 'off'}, and not without")
+        return "changed", f"it took up its settings as they are, and {what}"
 
     def _felled(self) -> tuple[str, str] | None:
         """A robot that cannot go on since it was pushed, though it bears that."""
@@ -322,7 +339,7 @@ class Judge:
             )
         figures = self._watched.robot.statistics
         found = self._own() or self._found_in_the_end(look, figures)
-        found = found or self._invented(look) or self._given_up()
+        found = found or self._invented(look) or self._changed(look) or self._given_up()
         if found is not None:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)

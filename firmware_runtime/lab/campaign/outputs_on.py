@@ -40,8 +40,10 @@ class OutputsOn:
         """When outputs were last switched off, for longer than a moment."""
         self._healed = healthy.stated.healed
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
-        self._reporting = {path: (most, Lasting()) for path, most in ends_within.items()}
-        """Models whose lasting fault has to end the run: ns within which, and since when."""
+        self._reporting = {path: (most, Lasting(), Lasting()) for path, most in ends_within.items()}
+        """Models whose lasting fault has to end the run: ns within which, since when they report,
+        and since when it is driven all the same."""
+        self._envelope = healthy.envelope
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
@@ -52,6 +54,7 @@ class OutputsOn:
         return (
             self._disarmed(look)
             or self._blind(look)
+            or self._given_nothing(look)
             or self._driven_on(look)
             or self._believed_again(look)
             or self._again_and_again(look)
@@ -71,7 +74,12 @@ class OutputsOn:
         is_blind = any(
             device in self._off_within and look.at <= end for device, _, end in self._failures
         )
-        is_reported = any(self._said_lately(path, look) is not None for path in self._reporting)
+        is_blind = is_blind or any(True for _ in self._giving_nothing(look))
+        is_reported = any(
+            self._said_lately(path, look) is not None
+            and reporting.span(look.at, is_so=True) <= most + 2 * self._within
+            for path, (most, reporting, _) in self._reporting.items()
+        )
         return is_blind or is_reported or any(True for _ in self._to_be_off(look))
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
@@ -90,6 +98,27 @@ class OutputsOn:
             if look.at <= end and look.at - max(since, self._reached_from) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
+
+    def _given_nothing(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on without what it needs, which answers, and measures nothing."""
+        for device, since, most in self._giving_nothing(look):
+            if look.at - since > most + self._within:
+                said = f"{device} has reported, and sent nothing, for"
+                return "on", f"{said} {(most + self._within) / SECOND:g} s, and it is driven"
+        return None
+
+    def _giving_nothing(self, look: Look) -> Iterator[tuple[str, int, int]]:
+        """Yield each struck device that it needs, that reports, and sends nothing; since when."""
+        begin = self._reached_from
+        if not look.is_on or look.at < begin or look.at > self._cause.end:
+            return
+        for device in self._cause.devices:
+            most, said = self._off_within.get(device), self._watched.said_last(device)
+            sent_at = self._watched.sent_last(device)
+            if most is None or said is None or sent_at is None or look.at - said.at > most:
+                continue
+            if said.at > sent_at:
+                yield device, max(sent_at, self._cause.at, self.off_at, begin), most
 
     @property
     def _reached_from(self) -> int:
@@ -136,19 +165,27 @@ class OutputsOn:
     def _again_and_again(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on by what does not do as it is told, as it says itself.
 
-        One that was off since the last report begins anew.
+        One that was off since the last report begins anew, and has as long to be off again as for
+        any report. One that is where healthy robots are is degraded, and has said so.
         """
-        for path, (most, lasting) in self._reporting.items():
+        for path, (most, reporting, driven) in self._reporting.items():
             said_at = self._said_lately(path, look)
-            span = lasting.span(look.at, is_so=said_at is not None)
-            if said_at is not None and self.off_at < said_at and look.is_on and span > most:
+            span = reporting.span(look.at, is_so=said_at is not None)
+            is_driven = said_at is not None and self.off_at < said_at and look.is_on
+            is_long = driven.span(look.at, is_so=is_driven) > self._within and span > most
+            if is_long and self._is_beside(look):
                 since = f"has reported again and again for {most / SECOND:g} s"
                 return "on", f"{path} {since}, and it is driven on"
         return None
 
+    def _is_beside(self, look: Look) -> bool:
+        """Return whether it is where no healthy one is, or nothing tells where it is."""
+        envelope = self._envelope
+        return not envelope.names or envelope.outside(look) is not None
+
     def _said_lately(self, path: str, look: Look) -> int | None:
         """Return when a model has reported a moment ago; None where it has not."""
-        most, _ = self._reporting[path]
+        most, *_ = self._reporting[path]
         said = self._watched.said_last(path)
         return said.at if said is not None and look.at - said.at <= min(_AGAIN, most) else None
 

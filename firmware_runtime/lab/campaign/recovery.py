@@ -9,7 +9,6 @@ from firmware_runtime.lab.campaign.watched import Lasting, Look, Said, Watched
 
 _QUIET: Final = 300 * MILLISECOND
 _SAID_LATELY: Final = SECOND
-_DRIVEN_WHILE_LOST: Final = SECOND
 
 
 class Recovery:
@@ -124,6 +123,5 @@ class Recovery:
             self.well_since = None
         elif self.well_since is None:
             self.well_since = look.at
-        within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
-        is_wrong = self._driven_for.span(look.at, is_so=is_on) > within
+        is_wrong = self._driven_for.span(look.at, is_so=is_on) > self._healthy.within
         return ("on", f"{lost}, and it is driven") if is_wrong else None

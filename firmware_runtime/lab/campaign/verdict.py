@@ -20,6 +20,7 @@
 | `unhealed` | long after a fault outputs are off, or it is still reported; or a run has ended of |
 | | one that was over at once, where the rig says that it heals |
 | `invented` | a fault is reported in a mission without any, or where it was only disarmed |
+| `changed` | its settings were taken up again as they are, and it goes on otherwise |
 | `idle` | a mission without any fault never has an output on |
 | `missed` | a mission without any fault does not come to what it is for, as the rig knows; |
 | | or one whose fault was over long ago does not, or does not end |

@@ -204,6 +204,11 @@ class Watched:
                 return port.path
         return None
 
+    def sent_last(self, device: str) -> int | None:
+        """Return when any port of a device's model has sent a value last; None before it has."""
+        sent = (sent[-1] for port, sent in self._sent.items() if port.owner.name == device and sent)
+        return max(sent, default=None)
+
     def last_sent(self) -> dict[str, int]:
         """Return when ports of devices' models that measure have sent last, by path; ns.
 
