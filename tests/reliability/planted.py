@@ -421,13 +421,6 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        self.bias = NO_BIAS\n"
         "        self._bring_up.restart()\n",
     ),
-    "a robot that lies is driven by its last command": Mistake(
-        "balancing",
-        "imu",
-        f"{STANDS}controller.py",
-        "        elif self.balance and not self.is_balancing:\n            self.drive = 0.0\n",
-        "",
-    ),
     "a run tries twice only to switch off its outputs": Mistake(
         "balancing",
         "wheels",
