@@ -55,6 +55,10 @@ AHEAD = "100 drive=0.25; turns is ahead 0.25"
             f"{AHEAD}; 200 drive=-0.5; turns is back 0.5; 300 drive=0.0; turns is brake; "
             "reasons is ()"
         ),
+        "its brake is off while outputs are disabled, and on again after that": (
+            f"{AHEAD}; 200 drive=0.0; turns is brake; switch; 600; turns is off; switch; 900; "
+            "turns is brake; reasons is ()"
+        ),
         "full voltage is a command": "100 drive=1.0; turns is ahead 1; 200 drive=-1.0; "
         "turns is back 1; reasons is ()",
         "a command during bring-up is kept": "5 drive=0.25; turns is off; 100; turns is ahead 0.25",
