@@ -15,6 +15,15 @@ _STOPPED: Final = 100 * MILLISECOND
 """Outputs off for so long were switched off; what drives to and fro is off for a moment only."""
 
 
+class _Reporting:
+    """A model whose lasting fault has to end the run within `most` ns of its reports."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.reports, self.drives = Lasting(), Lasting()
+        """For how long it has reported, and the robot has been driven all the same."""
+
+
 class OutputsOn:
     """Goes by the outputs of one run, look by look; `off_at` is when they were last off."""
 
@@ -40,9 +49,8 @@ class OutputsOn:
         """When outputs were last switched off, for longer than a moment."""
         self._healed = healthy.stated.healed
         ends_within = healthy.stated.ends_within if cause.end == NEVER else {}
-        self._reporting = {path: (most, Lasting(), Lasting()) for path, most in ends_within.items()}
-        """Models whose lasting fault has to end the run: ns within which, since when they report,
-        and since when it is driven all the same."""
+        self._reporting = {path: _Reporting(most) for path, most in ends_within.items()}
+        """Models whose lasting fault has to end the run."""
         self._envelope = healthy.envelope
 
     def judge(self, look: Look) -> tuple[str, str] | None:
@@ -77,8 +85,8 @@ class OutputsOn:
         is_blind = is_blind or any(True for _ in self._giving_nothing(look))
         is_reported = any(
             self._said_lately(path, look) is not None
-            and reporting.span(look.at, is_so=True) <= most + 2 * self._within
-            for path, (most, reporting, _) in self._reporting.items()
+            and model.reports.span(look.at, is_so=True) <= model.most + 2 * self._within
+            for path, model in self._reporting.items()
         )
         return is_blind or is_reported or any(True for _ in self._to_be_off(look))
 
@@ -168,13 +176,14 @@ class OutputsOn:
         One that was off since the last report begins anew, and has as long to be off again as for
         any report. One that is where healthy robots are is degraded, and has said so.
         """
-        for path, (most, reporting, driven) in self._reporting.items():
+        for path, model in self._reporting.items():
             said_at = self._said_lately(path, look)
-            span = reporting.span(look.at, is_so=said_at is not None)
+            reports_for = model.reports.span(look.at, is_so=said_at is not None)
             is_driven = said_at is not None and self.off_at < said_at and look.is_on
-            is_long = driven.span(look.at, is_so=is_driven) > self._within and span > most
+            driven_for = model.drives.span(look.at, is_so=is_driven)
+            is_long = reports_for > model.most and driven_for > self._within
             if is_long and self._is_beside(look):
-                since = f"has reported again and again for {most / SECOND:g} s"
+                since = f"has reported again and again for {model.most / SECOND:g} s"
                 return "on", f"{path} {since}, and it is driven on"
         return None
 
@@ -185,7 +194,7 @@ class OutputsOn:
 
     def _said_lately(self, path: str, look: Look) -> int | None:
         """Return when a model has reported a moment ago; None where it has not."""
-        most, *_ = self._reporting[path]
+        most = self._reporting[path].most
         said = self._watched.said_last(path)
         return said.at if said is not None and look.at - said.at <= min(_AGAIN, most) else None
 
