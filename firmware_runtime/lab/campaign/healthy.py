@@ -122,6 +122,11 @@ class Healthy(Struct, frozen=True):
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
 
+    def seen_at(self, at: int) -> Look | None:
+        """Return how the mission's own run stood at an instant; None after it."""
+        number = at // EVERY - 1
+        return self.looks[number] if number < len(self.looks) else None
+
     @property
     def reached(self) -> frozenset[str]:
         """Return the arrows that are taken when all is well."""

@@ -25,7 +25,7 @@ from firmware_runtime.lab.campaign.outputs_on import OutputsOn
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
-from firmware_runtime.lab.campaign.watched import EVERY, SENT, Lasting, Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import SENT, Lasting, Look, Said, Watched
 from firmware_runtime.lab.campaign.withheld import withheld
 from firmware_runtime.statistics.figures import Figures
 
@@ -179,12 +179,14 @@ class Judge:
 
         To the bit: it has the gains, the limits and the state that it had.
         """
-        looks, number = self._healthy.looks, look.at // EVERY - 1
-        if not self._cause.is_reloaded or number >= len(looks) or look == looks[number]:
+        before = self._healthy.seen_at(look.at) if self._cause.is_reloaded else None
+        if before is None or look == before:
             return None
-        pairs = zip(self._healthy.envelope.names, look.numbers, looks[number].numbers, strict=True)
-        changes = [f"{name} is {now!r}, {was!r} without" for name, now, was in pairs if now != was]
-        what = next(iter(changes), f"outputs are {'on' if look.is_on else 'off'}, and not without")
+        numbers = zip(self._healthy.envelope.names, look.numbers, before.numbers, strict=True)
+        changes = (
+            f"{name} is {now!r}, {was!r} without" for name, now, was in numbers if now != was
+        )
+        what = next(changes, f"outputs are {'on' if look.is_on else 'off'}, and not without")
         return "changed", f"it took up its settings as they are, and {what}"
 
     def _felled(self) -> tuple[str, str] | None:

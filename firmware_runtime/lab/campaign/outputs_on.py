@@ -1,6 +1,7 @@
 """Outputs that are on though they have to be off: as the rig says, or as nothing commands them."""
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
@@ -82,13 +83,13 @@ class OutputsOn:
         is_blind = any(
             device in self._off_within and look.at <= end for device, _, end in self._failures
         )
-        is_blind = is_blind or any(True for _ in self._giving_nothing(look))
         is_reported = any(
-            self._said_lately(path, look) is not None
-            and model.reports.span(look.at, is_so=True) <= model.most + 2 * self._within
-            for path, model in self._reporting.items()
+            model.reports.since is not None
+            and look.at - model.reports.since <= model.most + 2 * self._within
+            for model in self._reporting.values()
         )
-        return is_blind or is_reported or any(True for _ in self._to_be_off(look))
+        soon = chain(self._giving_nothing(look), self._to_be_off(look))
+        return is_blind or is_reported or any(True for _ in soon)
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
         """A disarmed robot with an output on, be it one that brakes."""
@@ -110,23 +111,24 @@ class OutputsOn:
     def _given_nothing(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on without what it needs, which answers, and measures nothing."""
         for device, since, most in self._giving_nothing(look):
-            if look.at - since > most + self._within:
-                said = f"{device} has reported, and sent nothing, for"
-                return "on", f"{said} {(most + self._within) / SECOND:g} s, and it is driven"
+            if look.at - since > most:
+                what = f"{device} has reported, and sent nothing, for {most / SECOND:g} s"
+                return "on", f"{what}, and it is driven"
         return None
 
     def _giving_nothing(self, look: Look) -> Iterator[tuple[str, int, int]]:
-        """Yield each struck device that it needs, that reports, and sends nothing; since when."""
-        begin = self._reached_from
-        if not look.is_on or look.at < begin or look.at > self._cause.end:
-            return
-        for device in self._cause.devices:
+        """Yield each struck device that it needs, that reports, and sends nothing.
+
+        And since when it does so and it is driven, and for how long outputs may be on.
+        """
+        for device in self._cause.devices if look.at <= self._cause.end else ():
             most, said = self._off_within.get(device), self._watched.said_last(device)
             sent_at = self._watched.sent_last(device)
-            if most is None or said is None or sent_at is None or look.at - said.at > most:
+            if most is None or said is None or sent_at is None:
                 continue
-            if said.at > sent_at:
-                yield device, max(sent_at, self._cause.at, self.off_at, begin), most
+            if sent_at < said.at and look.at - said.at <= most:
+                since = max(sent_at, self._cause.at, self._reached_from, self.off_at)
+                yield device, since, most + self._within
 
     @property
     def _reached_from(self) -> int:

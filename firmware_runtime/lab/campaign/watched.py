@@ -65,15 +65,16 @@ class Lasting:
     """For how long something has been so, to be asked look by look."""
 
     def __init__(self) -> None:
-        self._since: int | None = None
+        self.since: int | None = None
+        """Since when, ns of the run; None where it was not at the last look."""
 
     def span(self, at: int, *, is_so: bool) -> int:
         """Ns since it first was so, and has been at each look; 0 where it is not."""
         if not is_so:
-            self._since = None
-        elif self._since is None:
-            self._since = at
-        return 0 if self._since is None else at - self._since
+            self.since = None
+        elif self.since is None:
+            self.since = at
+        return 0 if self.since is None else at - self.since
 
 
 class Watched:
