@@ -10,6 +10,7 @@ from firmware_runtime.hal.wire_errors import WARNING, Fault, HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
+_NO_FIELD = "six axes only, without field: its AK8963 stopped answering, expected an acknowledge"
 _READS = frozenset({"calibrating", "sampling"})
 
 
@@ -140,15 +141,17 @@ class Imu(HardwareModel):
             self._hold()
 
     def _check_field(self) -> bool:
-        """Report a magnetometer that is stuck, once; the chip would show its last field on."""
+        """Report a magnetometer that is stuck, or gone, once; there is no field meanwhile."""
         stuck = self.chip.stuck_field
         has_been_lost, self._has_lost_field = self._has_lost_field, stuck is not None
         if stuck is None or has_been_lost:
             return False
-        if self.chip.check_magnetometer():
-            self.faults.append(Fault.of(stuck, self.consecutive_faults, self.period))
-            return True
-        return self._note_warnings()
+        fault = Fault.of(stuck, self.consecutive_faults, self.period)
+        if not self.chip.check_magnetometer():
+            text = f"{self.chip.place}: {_NO_FIELD}"
+            fault = Fault(WARNING, text, self.consecutive_faults)
+        self.faults.append(fault)
+        return True
 
     def _note_warnings(self) -> bool:
         """Keep what the chip warns of for the next output; it is no fault in a row."""

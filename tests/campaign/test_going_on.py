@@ -9,12 +9,14 @@ from firmware_drivers.treads import Treads
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.again import assert_sound
-from firmware_runtime.lab.campaign.courses import in_courses
+from firmware_runtime.lab.campaign.courses import as_states_change, in_courses
 from firmware_runtime.lab.campaign.findings import findings_of, text_of_test
 from firmware_runtime.lab.campaign.going_on import going_on
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
+from firmware_runtime.lab.campaign.watched import EVERY
+from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.fault_test import sources_of
 from sim_doubles.rigs.tachobot import TachobotRig
 from tests.support.truth_aside import truth_aside
@@ -143,3 +145,45 @@ def test_what_comes_again_and_again_is_spread_among_the_others_and_all_of_it_in_
     assert len(set(chosen)) == 400
     assert len(set(chosen) & set(series)) == 400 // 33
     assert set(series) <= set(in_courses(space))
+
+
+@pytest.mark.slow
+def test_what_people_do_as_a_state_changes_goes_on_to_the_end_and_comes_soon() -> None:
+    space = space_of(Mission(board="detective"))
+    around = as_states_change(space)
+    strikes = [space[number].strikes[0] for number in around]
+    assert {each.kind for each in strikes} == {"disarm", "reload"}
+    assert not [each for each in strikes if each.for_s is None and each.kind == "disarm"]
+    taken = space.found.taken
+    (heard,) = (
+        look
+        for look in range(1, len(taken))
+        for arrow in taken[look] - taken[look - 1]
+        if arrow.endswith("sonar1: Listen -> Report object")
+    )
+    looks = {space[number].before // EVERY for number in around}
+    assert {heard - 3, heard - 2, heard - 1, heard} <= looks
+    chosen = list(in_courses(space, 1000))
+    assert len(set(chosen)) == 1000
+    assert set(around) <= set(chosen)
+    assert set(around) <= going_on(space, chosen)
+    assert sorted(in_courses(space)) == list(range(len(space)))
+
+
+@pytest.mark.slow
+def test_what_a_model_keeps_of_a_state_that_it_has_left_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    disarmed = [Strike("disarm", at_s=5.1626775, for_s=3.0)]
+    assert_sound("detective", disarmed, goes_on=True)
+
+    def enter_and_keep(diagram: StateDiagram, state: str) -> None:
+        diagram.hold_in(state, diagram.durations[state])
+        diagram._follow_applied(diagram.applied)
+        if diagram.watch is not None:
+            diagram.watch(state)
+
+    monkeypatch.setattr(StateDiagram, "_enter", enter_and_keep)
+    assert_sound("detective", disarmed)
+    with pytest.raises(AssertionError, match="no arrow's condition holds"):
+        assert_sound("detective", disarmed, goes_on=True)

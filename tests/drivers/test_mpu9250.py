@@ -137,7 +137,7 @@ def test_without_magnetometer_it_goes_on_with_six_axes_and_says_so_until_it_is_f
     assert bare.driver.has_magnetometer
 
 
-def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answering_said(
+def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answering_is_not(
     bare: Bare,
 ) -> None:
     with pytest.raises(NotReady, match="read before bring-up"):
@@ -152,10 +152,9 @@ def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answe
     assert bare.driver.check_magnetometer()
     bare.memory[0x36] = 0x01
     assert not bare.driver.check_magnetometer()
-    assert "its AK8963 stopped answering" in bare.driver.warnings[-1]
+    assert bare.driver.has_magnetometer
     bare.show()
-    assert bare.driver.read_sample().field is None
-    assert bare.sent[-1] == (b"\x38", 17), "of six axes"
+    assert bare.driver.read_sample().field is not None, "it may answer again"
 
 
 def test_verify_finds_settings_that_are_gone(ready: Bare) -> None:

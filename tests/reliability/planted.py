@@ -421,6 +421,13 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        self.bias = NO_BIAS\n"
         "        self._bring_up.restart()\n",
     ),
+    "what is left of a state's duration is kept as the state is left": Mistake(
+        "detective",
+        "disarm",
+        "firmware_runtime/models/state_diagram.py",
+        "        self.hold_in(state, self.durations[state])\n        self._left = NEVER\n",
+        "        self.hold_in(state, self.durations[state])\n",
+    ),
     "a run tries twice only to switch off its outputs": Mistake(
         "balancing",
         "wheels",

@@ -205,14 +205,11 @@ class Mpu9250(I2cChip):
         return None if stuck is None or not self.has_magnetometer else Stuck(self.place, *stuck)
 
     def check_magnetometer(self) -> bool:
-        """Ask whether the AK8963 still acknowledges, and go on with six axes if not; 39 bits.
+        """Return whether the AK8963 still acknowledges; 39 bits.
 
         Worth asking when the field is stuck: the chip itself goes on showing the last one.
         """
-        if self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK:
-            self._give_up_magnetometer("its AK8963 stopped answering, expected an acknowledge")
-            self._start_decoding()
-        return self.has_magnetometer
+        return not self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK
 
     # Parts of the bring-up ----------------------------------------------------------------------
 

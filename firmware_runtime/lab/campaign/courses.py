@@ -2,7 +2,8 @@
 
 from array import array
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import chain, count, cycle, islice
 from typing import Final
 
@@ -11,6 +12,7 @@ from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE
 from firmware_runtime.lab.campaign.evenly import OTHER, spread
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.space import FIRST_BIT, Case, Space, is_of_a_bit
+from firmware_runtime.lab.campaign.watched import EVERY
 
 _RUNS_PER_SECOND: Final = 2
 """For one run of a whole mission so many others come for each of its seconds. Those that go on, and
@@ -21,6 +23,8 @@ do, which a robot meets every day."""
 _AT_START: Final = 4
 """One in so many strikes before outputs are first on: what is measured or brought up once is so
 then, in a short time of which an even sample has next to nothing."""
+_AROUND: Final = range(-3, 1)
+"""Looks before, and at, the one by which a state diagram has taken an arrow for the first time."""
 
 
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
@@ -50,16 +54,41 @@ def others_per_mission(found: Healthy) -> int:
 def _with_series(space: Space) -> Iterator[int]:
     """Yield single faults, and now and then one that comes again and again.
 
-    Failures come first: they are counted.
+    Failures come first: they are counted. Twice as often comes what people do as the robot's state
+    changes.
     """
     others = others_per_mission(space.found)
     evenly = (space.singles + number for number in spread(space.pairs_from - space.singles))
     series = iter(sorted(evenly, key=lambda number: not _is_failure(space[number])))
-    for index, number in enumerate(_courses(space), 1):
+    of_people = as_states_change(space)
+    around = iter([of_people[place] for place in spread(len(of_people))])
+    without = frozenset(of_people)
+    for index, number in enumerate((each for each in _courses(space) if each not in without), 1):
         yield number
         if index % others == 0:
             yield from islice(series, 1)
-    yield from series
+        if index % (others // 2) == 0:
+            yield from islice(around, 1)
+    yield from chain(series, around)
+
+
+def as_states_change(space: Space) -> Sequence[int]:
+    """Return the numbers of what people do, and soon end, around each arrow that healthy runs take.
+
+    What a model of the robot keeps of a state that it has left shows by that alone.
+    """
+    taken = space.found.taken
+    news = [look for look in range(1, len(taken)) if taken[look] - taken[look - 1]]
+    looks = {look + aside for look in news for aside in _AROUND}
+    shortest: dict[tuple[str, int], int] = {}
+    for numbers in filter(partial(_is_of_people, space), space.by_fault()):
+        for number in numbers:
+            strike, look = space[number].strikes[0], space[number].before // EVERY
+            if look in looks:
+                other = shortest.setdefault((strike.kind, look), number)
+                if strike.span < space[other].strikes[0].span:
+                    shortest[strike.kind, look] = number
+    return [*shortest.values()]
 
 
 def _courses(space: Space) -> Iterator[int]:
@@ -100,6 +129,10 @@ def _order(numbers: "array[int]", at_start: int, begin: int, turn: int) -> Itera
         if place is None:
             return
         yield numbers[place]
+
+
+def _is_of_people(space: Space, numbers: "array[int]") -> bool:
+    return KINDS[space[numbers[0]].strikes[0].kind].of == "people"
 
 
 def _is_failure(case: Case) -> bool:

@@ -6,7 +6,8 @@ One that cannot go on is put back, where its rig can do that (`restore`), and ha
 robot whose fault is over in the first half of its mission is so in any run.
 A fault that lasts excuses that, but may show in nothing for long, as where a tank runs dry.
 To go on takes many times as long as to be sure that the robot is well, so a few runs do: one of
-each kind of fault of each device, and one of the same that lasts.
+each kind of fault of each device, and one of the same that lasts, and all that people do as a state
+of the robot changes.
 """
 
 from collections.abc import Iterable
@@ -15,7 +16,7 @@ from typing import Final
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.cause import Cause
-from firmware_runtime.lab.campaign.courses import others_per_mission
+from firmware_runtime.lab.campaign.courses import as_states_change, others_per_mission
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.space import Space
@@ -32,20 +33,24 @@ def going_on(space: Space, chosen: Iterable[int]) -> frozenset[int]:
 
     The first one of each kind of each device that is over in the first half of the mission, and the
     first that lasts from then on; those of people, whom a robot meets every day, at once, and
-    others now and then.
+    others now and then; and all of what people do as a state changes.
     """
     others = others_per_mission(space.found)
+    at_arrows = frozenset(as_states_change(space))
     mission = seconds(space.found.mission.for_s)
     tried: set[tuple[str, str, bool]] = set()
     found: set[int] = set()
     for count, number in enumerate(chosen):
         if number >= space.singles:
             continue
+        if number in at_arrows:
+            found.add(number)
+            continue
         (strike,) = space[number].strikes
         fault = strike.kind, strike.device, strike.span == NEVER
         if fault in tried or not _may_go_on(strike, mission):
             continue
-        if KINDS[strike.kind].of == "people" or len(found) * others <= count:
+        if KINDS[strike.kind].of == "people" or len(tried) * others <= count:
             tried.add(fault)
             found.add(number)
     return frozenset(found)
