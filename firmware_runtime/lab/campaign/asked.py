@@ -169,7 +169,7 @@ def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
-    """The numbers in a value, each with its name."""
+    """The numbers in a value, each with its name. Raises SettingError for what has none."""
     if isinstance(value, int | float):
         yield name, float(value)
     elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
@@ -178,3 +178,5 @@ def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
     elif isinstance(value, Struct):
         for field, each in msgspec.structs.asdict(value).items():
             yield from _numbers(f"{name}.{field}", each)
+    else:
+        raise SettingError(f"{name} is {shown(value)}", expected="a number, or some")

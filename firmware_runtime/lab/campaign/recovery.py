@@ -33,6 +33,8 @@ class Recovery:
         healthy ones also rests later."""
         self._goes_on_at = cause.end
         """When outputs were on again for the first time after its faults."""
+        self._awaited = list(healthy.longest_gaps)
+        """Ports of devices that have sent nothing since its faults ended."""
 
     def begin_anew(self, at: int) -> None:
         """Give it as long from an instant on as after its faults."""
@@ -54,7 +56,7 @@ class Recovery:
             self._on_at = max(look.at, self._cause.end)
         off = self._off(look)
         found = off or self._astray(look) or (None if is_resting else self._unready())
-        found = found or self._chip_off(look)
+        found = found or self._chip_off(look) or self._withheld(look)
         if found is not None:
             self._unwell_at = look.at
         if off is not None:
@@ -95,6 +97,20 @@ class Recovery:
         if not off:
             return None
         return "unhealed", f"{self._after} {off[0]} is off, which never is when all is well"
+
+    def _withheld(self, look: Look) -> tuple[str, str] | None:
+        """Return that a robot is driven as healthy ones are, and has lost what they measure.
+
+        Be that reported: a device that failed for a while is to come back.
+        """
+        if not self._awaited:
+            return None
+        sent = self._watched.last_sent()
+        self._awaited = [each for each in self._awaited if sent.get(each, 0) <= self._cause.end]
+        is_as_healthy_ones = self._watched.reached <= self._healthy.reached
+        if not (self._awaited and look.is_on and is_as_healthy_ones):
+            return None
+        return "unhealed", f"{self._after} {self._awaited[0]} has sent nothing since then"
 
     def _may_rest(self, look: Look) -> bool:
         """Return whether the faults have moved it, and it said something lately."""
