@@ -32,22 +32,27 @@ class DcMotorSettings:
     """It is the whole chip's."""
     timeout: int
     """Ns without a new command after which a turning motor is stopped."""
+    brakes: bool = False
+    """Whether a command of 0 brakes. Where one wire to the bridge breaks, a brake drives at full
+    voltage; otherwise 0 turns all outputs off, and the motor runs down."""
 
 
 class BridgeMotor(Motors):
-    """A motor on an H-bridge, driven by `commanded`, -1 to 1 of full voltage; 0 brakes.
+    """A motor on an H-bridge, driven by `commanded`, -1 to 1 of full voltage; 0 brakes or lets go.
 
     The phases are those of `Motors`; its refresh finds a chip that was reset under a motor that
-    turns or brakes. After a fault and at the end its outputs are full-off instead.
+    turns or brakes. After a fault and at the end its outputs are full-off in any case.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- chip, then how it is driven
         self,
         name: str,
         bridge: HBridge,
         bring_up: Callable[[], Iterable[Step]],
         timeout: int,
         interlock: Interlock,
+        *,
+        brakes: bool,
     ) -> None:
         super().__init__(
             name,
@@ -58,6 +63,7 @@ class BridgeMotor(Motors):
             interlock=interlock,
         )
         self.bridge = bridge
+        self.brakes = brakes
         self.commanded = 0.0
 
     def forget_command(self) -> None:
@@ -70,7 +76,7 @@ class BridgeMotor(Motors):
 
     def settle(self) -> None:
         """Obey, drive on, brake on, or stand with outputs full-off: that one is left alone."""
-        is_braked = self.applied is not Applied.NOTHING
+        is_braked = self.brakes and self.applied is not Applied.NOTHING
         self.watch_every = WRITTEN_EVERY if is_braked else NEVER
         super().settle()
 
@@ -82,13 +88,19 @@ class BridgeMotor(Motors):
             self.wait_until_enabled()
 
     def write_command(self) -> None:
-        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
+        """Do as told, if the chip is as set: reset, it would acknowledge and do nothing."""
         self.bridge.chip.poll()
-        self.bridge.drive(self.commanded)
+        if self.commanded != 0.0 or self.brakes:
+            self.bridge.drive(self.commanded)
+        else:
+            self.bridge.off()
 
 
 class DcMotor(BridgeMotor):
-    """Obeys `drive`, -1 to 1 of full voltage; other models may drive other outputs of the chip."""
+    """Obeys `drive`, -1 to 1 of full voltage; other models may drive other outputs of the chip.
+
+    0 turns its outputs off, or brakes where the settings say so.
+    """
 
     def __init__(
         self,
@@ -100,7 +112,9 @@ class DcMotor(BridgeMotor):
         def bring_up() -> Iterable[Step]:
             return bridge.share_bring_up(settings.frequency_hz)
 
-        super().__init__(name, bridge, bring_up, settings.timeout, interlock)
+        super().__init__(
+            name, bridge, bring_up, settings.timeout, interlock, brakes=settings.brakes
+        )
         if settings.timeout <= 0:
             raise SettingError(
                 f"{name} on {bridge.place}: timeout {settings.timeout} ns", expected="more than 0"

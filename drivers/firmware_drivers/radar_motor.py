@@ -48,7 +48,7 @@ class RadarMotor(BridgeMotor):
         def bring_up() -> Iterable[Step]:
             return bridge.bring_up(settings.frequency_hz)
 
-        super().__init__(name, bridge, bring_up, settings.longest_turn, interlock)
+        super().__init__(name, bridge, bring_up, settings.longest_turn, interlock, brakes=True)
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
             raise SettingError(
                 f"{name} on {bridge.place}: duty {settings.duty}, longest_turn "

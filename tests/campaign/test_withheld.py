@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
+from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.compass import Compass
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -79,3 +80,22 @@ def test_a_compass_that_stands_still_and_says_so_is_sound_and_one_that_does_not_
     monkeypatch.setattr(Compass, "note", forget)
     with pytest.raises(AssertionError, match=r"withheld of body_compass: .*heading_deg has sent"):
         assert_sound("detective", [frozen])
+
+
+@pytest.mark.slow
+def test_what_a_device_measured_comes_again_after_a_fault_that_was_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lie = Strike("wrong-byte", "imu", at_s=3.0, for_s=1.0, amount=15.0)
+    assert_sound("tachobot", [lie])
+    check = Mpu9250.check_magnetometer
+
+    def check_and_give_up(chip: Mpu9250) -> bool:
+        chip.has_magnetometer = check(chip)
+        chip._start_decoding()
+        return chip.has_magnetometer
+
+    monkeypatch.setattr(Mpu9250, "check_magnetometer", check_and_give_up)
+    said = r"unhealed of imu: .*\.imu\.sample\.field has sent nothing since then"
+    with pytest.raises(AssertionError, match=said):
+        assert_sound("tachobot", [lie])

@@ -15,8 +15,8 @@ PWM, IN1, IN2 = 8, 9, 10
 class Bench(Pca9685Bench):
     """A motor whose chip may drive others, too."""
 
-    def __init__(self, timeout: int = NEVER) -> None:
-        settings = DcMotorSettings(frequency_hz=1000.0, timeout=timeout)
+    def __init__(self, timeout: int = NEVER, *, brakes: bool = False) -> None:
+        settings = DcMotorSettings(frequency_hz=1000.0, timeout=timeout, brakes=brakes)
         super().__init__(
             lambda chip, interlock: DcMotor(
                 "motor", HBridge(chip, PWM, IN1, IN2), settings, interlock
@@ -51,13 +51,12 @@ AHEAD = "100 drive=0.25; turns is ahead 0.25"
 @sentences(
     {
         "it stands until it is commanded": "5000; turns is off; phase is still; reasons is ()",
-        "it is driven both ways and brakes": (
-            f"{AHEAD}; 200 drive=-0.5; turns is back 0.5; 300 drive=0.0; turns is brake; "
-            "reasons is ()"
+        "it is driven both ways and let go": (
+            f"{AHEAD}; 200 drive=-0.5; turns is back 0.5; 300 drive=0.0; turns is off; "
+            "400 drive=0.25; turns is ahead 0.25; reasons is ()"
         ),
-        "its brake is off while outputs are disabled, and on again after that": (
-            f"{AHEAD}; 200 drive=0.0; turns is brake; switch; 600; turns is off; switch; 900; "
-            "turns is brake; reasons is ()"
+        "let go it is left alone": (
+            f"{AHEAD}; 200 drive=0.0; turns is off; power cycle; 5000; turns is off; reasons is ()"
         ),
         "full voltage is a command": "100 drive=1.0; turns is ahead 1; 200 drive=-1.0; "
         "turns is back 1; reasons is ()",
@@ -83,6 +82,19 @@ AHEAD = "100 drive=0.25; turns is ahead 0.25"
 )
 def test_a_motor(bench: Bench, lines: str) -> None:
     bench.play(lines)
+
+
+@sentences(
+    {
+        "0 brakes": f"{AHEAD}; 200 drive=0.0; turns is brake; 5000; turns is brake; reasons is ()",
+        "its brake is off while outputs are disabled, and on again after that": (
+            f"{AHEAD}; 200 drive=0.0; turns is brake; switch; 600; turns is off; switch; 900; "
+            "turns is brake; reasons is ()"
+        ),
+    }
+)
+def test_a_motor_that_is_to_brake(lines: str) -> None:
+    Bench(brakes=True).play(lines)
 
 
 @pytest.mark.parametrize("drive", ["1.5", "-1.5", "nan", "inf"])
@@ -113,7 +125,7 @@ def test_a_motor_that_is_commanded_no_more_is_stopped_after_the_timeout() -> Non
             "reasons is motor: no command for 0.5 s; stopped"
         ),
         "one that says to stand is never too old": (
-            "switch; 100 drive=0.0; 3000; switch; 3100; turns is brake; reasons is ()"
+            "switch; 100 drive=0.0; 3000; switch; 3100; turns is off; reasons is ()"
         ),
         "a newer one is obeyed": (
             "switch; 100 drive=0.25; 3000 drive=0.5; switch; 3100; turns is ahead 0.5; "

@@ -428,6 +428,22 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        self.hold_in(state, self.durations[state])\n        self._left = NEVER\n",
         "        self.hold_in(state, self.durations[state])\n",
     ),
+    "a compass that does not answer once is given up": Mistake(
+        "tachobot",
+        "imu",
+        f"{CHIPS}mpu9250.py",
+        "        return not self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK\n",
+        "        self.has_magnetometer = not self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK\n"
+        "        self._start_decoding()\n"
+        "        return self.has_magnetometer\n",
+    ),
+    "motors are braked after a fall": Mistake(
+        "balancing",
+        "imu",
+        f"{STANDS}wiring.py",
+        "seconds(wheels.timeout_s))",
+        "seconds(wheels.timeout_s), brakes=True)",
+    ),
     "a run tries twice only to switch off its outputs": Mistake(
         "balancing",
         "wheels",

@@ -101,11 +101,6 @@ class BalancingRig(BoardRig):
         world = self.world
         return result(Motion(world.pitch_rad, world.pitch_rate_rad_s), world.place_m)
 
-    @property
-    def is_driven(self) -> bool:
-        """Whether a motor is pushed; one that is short-circuited brakes."""
-        return any(drive.voltage != 0.0 for drive in self._drives())
-
     def lost(self) -> str | None:
         """It does not get up by itself."""
         return "it has fallen" if self.world.has_fallen else None
