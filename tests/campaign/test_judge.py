@@ -377,6 +377,8 @@ def test_a_sensor_that_is_believed_again_though_it_stands_still_is_found(
 ) -> None:
     frozen = Strike("freeze-axis", "imu", at_s=1.5, amount=3.0)
     assert_sound("tachobot", [frozen], for_s=3.0)
+    refused = Strike("nack", "imu", at_s=1.2, for_s=0.2)
+    assert_sound("tachobot", [refused, frozen], for_s=3.0)  # that it reports before is of another
     restart = Liveness.restart
 
     def forget(liveness: Liveness) -> None:

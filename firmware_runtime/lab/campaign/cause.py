@@ -67,10 +67,9 @@ class Cause:
             for kind, each in zip(kinds, strikes, strict=True)
             if kind.fails
         ]
-        self.standing = [
-            (each.device, end_of(each.at, each.span)) for each in strikes if each.kind in _STANDS
-        ]
-        """Sensors that stand still, by name, and until when."""
+        stands = all(kind.name in _STANDS for kind in kinds)
+        self.standing = [(each.device, end_of(each.at, each.span)) for each in strikes if stands]
+        """Sensors that stand still, by name, and until when, where nothing else is done to it."""
         self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self.drives = any(kind.of == "actuator" for kind in kinds)
         self.turns_it = any(kind.name == _FULL_ON for kind in kinds)
