@@ -78,9 +78,8 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "tachobot",
         "imu",
         f"{MODELS}imu.py",
-        "            self.faults.append(Fault.of(stuck, self.consecutive_faults, self.period))\n"
-        "            return True\n",
-        "            return False\n",
+        "        self.faults.append(fault)\n        return True\n",
+        "        return False\n",
     ),
     "the acceleration of a body that leans has the other sign": Mistake(
         "balancing",
