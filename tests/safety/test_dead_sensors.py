@@ -302,6 +302,7 @@ def test_a_gyro_of_the_wrong_sign_without_a_compass_is_contradicted_by_thrust(mo
     faults = [lie, push]
     with open_board("tachobot", doubles=True, clock="virtual", set=chosen, faults=faults) as robot:
         robot.run(4.0)
+        assert robot.rig is not None
         disable_magnetometer(robot.rig.buses["i2c1"])
         ended = robot.run(6.0)
         assert "expected slowing down while it is driven by" in ended.reason
