@@ -90,7 +90,7 @@ class BridgeMotor(Motors):
     def write_command(self) -> None:
         """Do as told, if the chip is as set: reset, it would acknowledge and do nothing."""
         self.bridge.chip.poll()
-        if self.commanded != 0.0 or self.brakes:
+        if self.is_moving() or self.brakes:
             self.bridge.drive(self.commanded)
         else:
             self.bridge.off()

@@ -1,6 +1,6 @@
 """The inertial measurement unit as a hardware atomic model: an MPU-9250 read every period."""
 
-from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250 import Mpu9250, without_field
 from firmware_drivers.chips.mpu9250_burst import NO_BIAS, InertialSample
 from firmware_drivers.gyro_bias import GyroBias
 from firmware_drivers.hardware import HardwareModel
@@ -10,7 +10,7 @@ from firmware_runtime.hal.wire_errors import WARNING, Fault, HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
-_NO_FIELD = "six axes only, without field: its AK8963 stopped answering, expected an acknowledge"
+_NO_ANSWER = "its AK8963 stopped answering, expected an acknowledge"
 _READS = frozenset({"calibrating", "sampling"})
 
 
@@ -146,19 +146,21 @@ class Imu(HardwareModel):
         has_been_lost, self._has_lost_field = self._has_lost_field, stuck is not None
         if stuck is None or has_been_lost:
             return False
-        fault = Fault.of(stuck, self.consecutive_faults, self.period)
-        if not self.chip.check_magnetometer():
-            text = f"{self.chip.place}: {_NO_FIELD}"
-            fault = Fault(WARNING, text, self.consecutive_faults)
+        if self.chip.check_magnetometer():
+            fault = Fault.of(stuck, self.consecutive_faults, self.period)
+        else:
+            fault = self._warning(without_field(self.chip.place, _NO_ANSWER))
         self.faults.append(fault)
         return True
 
     def _note_warnings(self) -> bool:
         """Keep what the chip warns of for the next output; it is no fault in a row."""
         if self.chip.warnings:
-            text = "; ".join(self.chip.warnings)
-            self.faults.append(Fault(WARNING, text, self.consecutive_faults))
+            self.faults.append(self._warning("; ".join(self.chip.warnings)))
         return bool(self.chip.warnings)
+
+    def _warning(self, text: str) -> Fault:
+        return Fault(WARNING, text, self.consecutive_faults)
 
     def _calibrate(self, sample: InertialSample) -> None:
         measurement = self._bias_measurement

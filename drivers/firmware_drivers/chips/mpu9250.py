@@ -80,6 +80,11 @@ INCOMPATIBLE: Final = {0x68: "an MPU-6050", 0x98: "an ICM-20689"}
 """Other registers or scales: refused by name."""
 
 
+def without_field(place: str, reason: str) -> str:
+    """Return a sentence about a chip that goes on without its magnetometer."""
+    return f"{place}: six axes only, without field: {reason}"
+
+
 class Mpu9250(I2cChip):
     """One MPU-9250. `warnings` has a sentence for all that works less well than it should.
 
@@ -227,7 +232,7 @@ class Mpu9250(I2cChip):
 
     def _give_up_magnetometer(self, reason: str) -> None:
         self.has_magnetometer = False
-        self.warnings.append(f"{self.place}: six axes only, without field: {reason}")
+        self.warnings.append(without_field(self.place, reason))
 
     def _open_bypass(self) -> None:
         self._write(INT_PIN_CFG, BYPASS_EN, RAW_RDY_EN)

@@ -54,7 +54,6 @@ class World:
         self._at = 0
         self._is_held = False
         self._raised_by = 0
-        self._was_put_back = False
 
     @property
     def has_fallen(self) -> bool:
@@ -64,7 +63,7 @@ class World:
     def advance(self, at: int) -> None:
         """Bring the world to `at`, in ns, with the drives held since the last call."""
         drives = self._drives()
-        if self._released_at == NEVER and any(map(self._lets_go, drives)):
+        if self._released_at == NEVER and any(drive.is_connected for drive in drives):
             self._released_at = max(self._held, self._at + FEELS)
         since = max(self._at, min(self._released_at, at))
         self._rise(min(since, self._raised_by))
@@ -101,7 +100,6 @@ class World:
         self.pitch_rate_rad_s = to_start_rad * SECOND / RAISED_IN
         self._held, self._released_at = self._at, NEVER
         self._raised_by = self._at + RAISED_IN
-        self._was_put_back = True
 
     def _rise(self, until: int) -> None:
         """Turn it as the hand does that raises it, until it is there or let go of."""
@@ -110,10 +108,6 @@ class World:
         self.pitch_rad += self.pitch_rate_rad_s * (until - self._at) / SECOND
         if until == self._raised_by:
             self.pitch_rate_rad_s = 0.0
-
-    def _lets_go(self, drive: Drive) -> bool:
-        """Whether the hand feels a motor; one that lay there brakes."""
-        return drive.voltage != 0.0 if self._was_put_back else drive.is_connected
 
     def _step(self, step_s: float, drives: tuple[Drive, Drive]) -> None:
         """One step of semi-implicit Euler: rates first, then what they lead to."""

@@ -3,12 +3,12 @@
 from array import array
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import lru_cache
 from itertools import chain, count, cycle, islice
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE
+from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE, Kind
 from firmware_runtime.lab.campaign.evenly import OTHER, spread
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.space import FIRST_BIT, Case, Space, is_of_a_bit
@@ -59,7 +59,7 @@ def _with_series(space: Space) -> Iterator[int]:
     """
     others = others_per_mission(space.found)
     evenly = (space.singles + number for number in spread(space.pairs_from - space.singles))
-    series = iter(sorted(evenly, key=lambda number: not _is_failure(space[number])))
+    series = iter(sorted(evenly, key=lambda number: not _kind(space[number]).leaves_no_doubt))
     of_people = as_states_change(space)
     around = iter([of_people[place] for place in spread(len(of_people))])
     without = frozenset(of_people)
@@ -72,6 +72,7 @@ def _with_series(space: Space) -> Iterator[int]:
     yield from chain(series, around)
 
 
+@lru_cache(maxsize=4)
 def as_states_change(space: Space) -> Sequence[int]:
     """Return the numbers of what people do, and soon end, around each arrow that healthy runs take.
 
@@ -81,14 +82,15 @@ def as_states_change(space: Space) -> Sequence[int]:
     news = [look for look in range(1, len(taken)) if taken[look] - taken[look - 1]]
     looks = {look + aside for look in news for aside in _AROUND}
     shortest: dict[tuple[str, int], int] = {}
-    for numbers in filter(partial(_is_of_people, space), space.by_fault()):
-        for number in numbers:
-            strike, look = space[number].strikes[0], space[number].before // EVERY
-            if look in looks:
-                other = shortest.setdefault((strike.kind, look), number)
-                if strike.span < space[other].strikes[0].span:
-                    shortest[strike.kind, look] = number
-    return [*shortest.values()]
+    by_people = (each for each in space.by_fault() if _kind(space[each[0]]).of == "people")
+    for number in chain.from_iterable(by_people):
+        case = space[number]
+        strike, look = case.strikes[0], case.before // EVERY
+        if look in looks:
+            other = shortest.setdefault((strike.kind, look), number)
+            if strike.span < space[other].strikes[0].span:
+                shortest[strike.kind, look] = number
+    return tuple(shortest.values())
 
 
 def _courses(space: Space) -> Iterator[int]:
@@ -98,7 +100,7 @@ def _courses(space: Space) -> Iterator[int]:
     often: list[Iterator[int]] = []
     for turn, place in enumerate(spread(len(by_fault))):
         numbers = by_fault[place]
-        kind = KINDS[space[numbers[0]].strikes[0].kind]
+        kind = _kind(space[numbers[0]])
         has_bits = is_of_a_bit(kind)
         is_even = has_bits or kind.of in OF_NO_DEVICE
         at_start = 0 if is_even else bisect_left(numbers, space.started)
@@ -131,9 +133,6 @@ def _order(numbers: "array[int]", at_start: int, begin: int, turn: int) -> Itera
         yield numbers[place]
 
 
-def _is_of_people(space: Space, numbers: "array[int]") -> bool:
-    return KINDS[space[numbers[0]].strikes[0].kind].of == "people"
-
-
-def _is_failure(case: Case) -> bool:
-    return KINDS[case.strikes[0].kind].leaves_no_doubt
+def _kind(case: Case) -> Kind:
+    """Return the kind of its first fault."""
+    return KINDS[case.strikes[0].kind]
