@@ -111,6 +111,9 @@ pi-full-test: $(VENV)/installed-test
 ALL_PARTS := mutants fuzzing dying soak campaigns planted networks machines
 PARTS ?= $(ALL_PARTS)
 MINUTES ?= 30
+ifeq ($(strip $(PARTS)),)
+$(error PARTS: no part; expected some of $(ALL_PARTS))
+endif
 ifneq ($(filter-out $(ALL_PARTS),$(PARTS)),)
 $(error PARTS: no part $(filter-out $(ALL_PARTS),$(PARTS)); expected some of $(ALL_PARTS))
 endif
