@@ -10,7 +10,7 @@ from firmware_boards.detective.messages import Degree, Message
 from firmware_boards.detective.mission import Mission
 from firmware_boards.detective.second_look import SecondLook
 from firmware_boards.detective.sensors import Compass2
-from firmware_boards.detective.turning import HeadTurn, Turn, VehicleTurn
+from firmware_boards.detective.turning import HeadTurn, StraightCourse, Turn, VehicleTurn
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -268,12 +268,16 @@ def test_nothing_is_said_of_what_does_not_turn(
     assert turned(bench, 20, range(5)) == []
 
 
-def test_what_goes_straight_has_a_rate_of_zero_where_nothing_else_tells() -> None:
-    bench = AtomicBench(VehicleTurn("commanded_turn", 20.0, goes_straight=True))
+@pytest.mark.parametrize("from_start", [True, False])
+def test_a_course_is_watched_from_the_start_or_once_it_has_turned(*, from_start: bool) -> None:
+    bench = AtomicBench(StraightCourse("course", from_start=from_start))
     bench.put(10, right=CLOCKWISE, left=CLOCKWISE, applied=Applied.ALL)
-    assert turned(bench, 20, range(3)) == [(0.0, 0), (0.0, 1), (0.0, 2)]
+    said = turned(bench, 20, [358, 1, 4])
+    assert said == ([(0.0, 0), (0.0, 3), (0.0, 6)] if from_start else [])
     bench.put(85, left=COUNTERCLOCKWISE)
-    assert turned(bench, 100, range(3, 5)) == [(20.0, 3), (20.0, 4)]
+    assert turned(bench, 100, [6, 40]) == ([(0.0, 8)] if from_start else [])
+    bench.put(145, left=CLOCKWISE)
+    assert turned(bench, 160, [90, 91, 88]) == [(0.0, 0), (0.0, 1), (0.0, -2)]
 
 
 def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> None:

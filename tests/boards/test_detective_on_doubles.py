@@ -221,6 +221,25 @@ def test_a_tread_that_turns_and_was_not_told_to_ends_the_mission(at_s: float, tr
         assert ended.at / SECOND - at_s < 0.7
 
 
+@pytest.mark.parametrize(
+    "turns_it",
+    [Strike("push", at_s=9.0, amount=0.15), Strike("dead", "treads", 15.01, 1.0, amount=0.0)],
+)
+def test_what_turns_it_on_the_way_to_a_target_not_looked_for_again_ends_the_mission(
+    turns_it: Strike,
+) -> None:
+    with open_board("detective", doubles=True, clock="virtual", faults=[turns_it]) as robot:
+        ended = robot.run(45.0)
+        assert "course_check: turn from its course" in ended.reason
+        assert ended.at / SECOND - turns_it.at_s < 1.2
+
+
+def test_a_small_push_on_the_way_is_borne() -> None:
+    push = Strike("push", at_s=13.0, amount=-0.1)
+    with open_board("detective", doubles=True, clock="virtual", faults=[push]) as robot:
+        assert robot.run(45.0).reason == "the target was reached"
+
+
 def test_a_tread_that_turns_while_it_stands_is_a_runaway() -> None:
     runs = Strike("full-on", "treads", at_s=1.0, for_s=1.0, amount=0.0)
     with open_board("detective", doubles=True, clock="virtual", faults=[runs]) as robot:

@@ -154,6 +154,8 @@ BOARD = BoardDefinition(
         "model.Out4",
         "commanded_turn",
         "turn_check",
+        "course",
+        "course_check",
         "commanded_head",
         "head_check",
     ),

@@ -81,6 +81,13 @@ class TurnCheckTable(Settings, frozen=True):
     """Turn that may be commanded while it does."""
 
 
+class TreadCheckTable(TurnCheckTable, frozen=True):
+    """Those of treads, which may be told to go straight."""
+
+    course_deg: Positive = 6.5
+    """How far it may turn from a straight course, of late."""
+
+
 class HeadCheckTable(TurnCheckTable, frozen=True):
     """The same of the head, which has end stops."""
 
@@ -104,7 +111,7 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     body_compass: CompassTable
     radar_motor: RadarMotorTable
     treads: TreadTable
-    turn_check: TurnCheckTable | None = None
+    turn_check: TreadCheckTable | None = None
     """Treads against the body's compass. None, where the file has no table: nothing is compared."""
     head_check: HeadCheckTable | None = None
     """The head's motor against the radar's compass, likewise."""

@@ -2,7 +2,7 @@
 
 Treads slip, and how much is not known; a head stands at its end stops. So the comparison is wide,
 and finds what is neither: a heading that stands still under a turn, or turns the other way, far too
-little or too fast, or under treads that go straight.
+little or too fast, or that turns under treads that go straight.
 """
 
 import math
@@ -33,6 +33,7 @@ NEAR_DEG: Final = 10.0
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
 """Sense of a motor, a tread's forward positive, by signal; any other signal stops it."""
 TREADS: Final = "turn (degrees, compass less treads' command)"
+COURSE: Final = "turn from its course (degrees, compass less where it set out)"
 HEAD: Final = "turn of the head (degrees, compass less motor's command)"
 """What is compared, for the fault."""
 
@@ -104,16 +105,10 @@ class CommandedTurn(Atomic):
 
 
 class VehicleTurn(CommandedTurn):
-    """Two treads, `right` and `left`, that turn a vehicle by going against each other.
+    """Two treads, `right` and `left`, that turn a vehicle by going against each other."""
 
-    It goes straight by both going the same way: where one does not, it turns. That is found with
-    `goes_straight`, and so is a push that turns it aside: for treads that tell nothing of
-    themselves. Those with encoders are found by these, and bear a push.
-    """
-
-    def __init__(self, name: str, full_deg_s: float, *, goes_straight: bool = False) -> None:
+    def __init__(self, name: str, full_deg_s: float) -> None:
         super().__init__(name, full_deg_s)
-        self.goes_straight = goes_straight
         self.right = self.in_port("right", int)
         self.left = self.in_port("left", int)
         self._right = self._left = 0
@@ -129,10 +124,35 @@ class VehicleTurn(CommandedTurn):
         """Return half of what the right one is told more than the left one."""
         return (self._right - self._left) / 2
 
+
+class StraightCourse(VehicleTurn):
+    """The same treads, told to go the same way: how far it has turned since it set out.
+
+    Where one of them does nothing it turns, and so it does by a push. `from_start` finds both of
+    treads that tell nothing of themselves. Others find theirs by their encoders, and what looks for
+    its target bears to be turned; from its first turn on it only drives there, and would miss it.
+    """
+
+    def __init__(self, name: str, *, from_start: bool) -> None:
+        super().__init__(name, full_deg_s=0.0)
+        self._is_set = from_start
+        self._set_out_deg = 0.0
+
+    def take_commands(self) -> None:
+        """The same, with whether it has turned."""
+        super().take_commands()
+        self._is_set |= self.share() != 0.0
+
     @property
     def moves(self) -> bool:
-        """Whether it is told to turn, or to go straight, where that counts."""
-        return super().moves or (self.goes_straight and self._right != 0)
+        """Whether it is told to go straight, where that counts."""
+        return self._is_set and self._right == self._left != 0
+
+    def _joins(self, heading_deg: float) -> bool:
+        """The same, of the heading less that at which it set out."""
+        if not self._did_move:
+            self._set_out_deg = heading_deg
+        return super()._joins(math.remainder(heading_deg - self._set_out_deg, CIRCLE_DEG))
 
 
 class HeadTurn(CommandedTurn):
@@ -218,13 +238,16 @@ class HeadTurn(CommandedTurn):
             self._stood_for = 0
 
 
-def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
+def turn_check(
+    name: str, quantity: str, stated: TurnCheckTable, within_deg: float | None = None
+) -> CrossCheck[Turn, Turn]:
     """A compass against the motors that turn it: either may do nothing, or the contrary."""
+    tolerance_deg = stated.tolerance_deg if within_deg is None else within_deg
     return CrossCheck(
         name,
         CrossCheckSettings(
             quantity=quantity,
-            windows=(Window(seconds(stated.window_s), stated.tolerance_deg),),
+            windows=(Window(seconds(stated.window_s), tolerance_deg),),
             share=stated.share,
             standstill=Standstill(stated.still_within_deg, stated.still_turn_deg),
             circle=CIRCLE_DEG,

@@ -19,14 +19,16 @@ from firmware_boards.detective.settings import (
     DetectiveSettings,
     HeadCheckTable,
     RadarMotorTable,
-    TurnCheckTable,
+    TreadCheckTable,
     event_parameters,
 )
 from firmware_boards.detective.turning import (
+    COURSE,
     HEAD,
     TREADS,
     CommandedTurn,
     HeadTurn,
+    StraightCourse,
     Turn,
     VehicleTurn,
     turn_check,
@@ -56,6 +58,9 @@ class DetectiveRobot(Coupled):
         self.commanded_head: CommandedTurn | None = None
         if settings.turn_check is not None:
             self.commanded_turn = self._add_turn_check(settings.turn_check)
+            has_no_encoders = settings.treads.model.full_counts_s is None
+            if has_no_encoders or not settings.mission.avoid_obstacles:
+                self._add_course_check(settings.turn_check, from_start=has_no_encoders)
         if settings.head_check is not None:
             self.commanded_head = self._add_head_check(settings.head_check)
 
@@ -126,19 +131,25 @@ class DetectiveRobot(Coupled):
         self.couple(self.radar_sonar.distance_out, look.distance)
         self.couple(look.fault, self.mission.contradiction)
 
-    def _add_turn_check(self, stated: TurnCheckTable) -> CommandedTurn:
+    def _add_turn_check(self, stated: TreadCheckTable) -> CommandedTurn:
         """Commands that pass the gates, and headings -> turn_check -> the mission has failed."""
         full_deg_s = stated.full_turn_deg_s * self.treads.settings.speed
-        has_no_encoders = self.treads.settings.full_counts_s is None
-        commanded = self.add(
-            VehicleTurn("commanded_turn", full_deg_s, goes_straight=has_no_encoders)
-        )
+        commanded = self.add(VehicleTurn("commanded_turn", full_deg_s))
+        self._add_treads_check(commanded, turn_check("turn_check", TREADS, stated))
+        return commanded
+
+    def _add_course_check(self, stated: TreadCheckTable, *, from_start: bool) -> None:
+        """The same of a course that is to be straight."""
+        course = self.add(StraightCourse("course", from_start=from_start))
+        check = turn_check("course_check", COURSE, stated, within_deg=stated.course_deg)
+        self._add_treads_check(course, check)
+
+    def _add_treads_check(self, commanded: VehicleTurn, check: CrossCheck[Turn, Turn]) -> None:
         self.couple(self.right_gate.passed, commanded.right)
         self.couple(self.left_gate.passed, commanded.left)
         self.couple(self.treads.applied_out, commanded.applied)
         self.couple(self.body_compass.heading_out, commanded.heading)
-        self._add_check(commanded, turn_check("turn_check", TREADS, stated))
-        return commanded
+        self._add_check(commanded, check)
 
     def _add_head_check(self, stated: HeadCheckTable) -> CommandedTurn:
         """The same of the head and its compass, as long as the body stands."""
