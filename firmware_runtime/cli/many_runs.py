@@ -26,7 +26,9 @@ def add_how(verb: argparse.ArgumentParser, what: str) -> None:
         "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
     )
     verb.add_argument(
-        "--resume", action="store_true", help=f"go on with a {what} that was interrupted"
+        "--resume",
+        action="store_true",
+        help=f"go on with a {what} that was interrupted; begin where there is none",
     )
 
 

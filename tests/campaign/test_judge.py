@@ -405,11 +405,11 @@ def test_a_run_that_ends_amid_a_fault_tries_on_to_switch_off(
 def test_a_robot_that_is_driven_on_by_what_reports_again_and_again_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    dead = [Strike("dead", "treads", at_s=1.0, amount=1.0)]
-    assert_sound("detective", dead)
+    dead, far = [Strike("dead", "treads", at_s=1.0, amount=1.0)], {"world.target": [6.0, 6.0]}
+    assert_sound("detective", dead, set=far)
     monkeypatch.setattr(Treads, "has_acted", lambda _: True)  # no fault is one in a row
     with pytest.raises(AssertionError, match="on of treads: treads has reported again and again"):
-        assert_sound("detective", dead)
+        assert_sound("detective", dead, set=far)
 
 
 def test_a_check_that_reports_now_and_then_of_a_robot_that_stays_where_it_is_is_no_driving_on() -> (

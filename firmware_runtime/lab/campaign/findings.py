@@ -69,6 +69,10 @@ class Finding(Struct, frozen=True, kw_only=True):
     """Whether it was another one when it was run again."""
     needs_oracle: bool = False
     """Whether an oracle of a test's own has found it: without that one it shows in nothing."""
+    said: str | None = None
+    """What was reported first, `MODEL: KIND`; None for nothing."""
+    said_after_s: float | None = None
+    """How long after its fault began."""
     recording: str | None = None
     test: str | None = None
 
@@ -91,6 +95,8 @@ class Finding(Struct, frozen=True, kw_only=True):
         row = f"row {self.row}" if self.faults else "no row"
         kept = f"kept as {self.test}" if self.test else row
         after = ", after its mission" * (self.at_s > self.mission.for_s and not self.faults)
+        if self.said is not None:
+            after += f", {self.said} reported after {self.said_after_s:.3g} s"
         return [
             f"{self.oracle} of {self.model}: {self.what}{alike}",
             f"  {script} {chosen}{', to the end of its mission' * self.goes_on}",
@@ -105,6 +111,8 @@ class Finding(Struct, frozen=True, kw_only=True):
             "kind": self.kind,
             "what": self.what,
             "at_s": self.at_s,
+            "said": self.said,
+            "said_after_s": self.said_after_s,
             "faults": sources_of(self.faults),
             "goes_on": self.goes_on,
             "set": list(self.mission.assignments),
@@ -243,6 +251,8 @@ def _finding(first: Row, trial: Trial, shown: Row, count: int) -> Finding:
         kind=trial.kinds,
         what=str(shown["what"]),
         at_s=float(shown["known_at_s"] or 0.0),
+        said=None if shown["said"] is None else str(shown["said"]),
+        said_after_s=None if shown["said_after_s"] is None else float(shown["said_after_s"]),
         faults=trial.strikes,
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
