@@ -6,8 +6,11 @@ from firmware_drivers.wheel_check import WheelCheck
 from firmware_runtime import Strike, open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.hal.wire_errors import Implausible, Runaway
+from firmware_runtime.runs.open_board import OpenBoard
 
 HALF = SECOND // 2
+BY_WHEELS = {"turn_check.course_deg": 180.0}
+"""Its compass would tell sooner that it leaves its course."""
 
 
 @pytest.fixture
@@ -80,6 +83,10 @@ def test_few_counts_and_half_of_what_was_told_do_not_show_that_it_turns(wheel: W
     assert not wheel.agrees
 
 
+def driven_by_wheels(fault: Strike) -> OpenBoard:
+    return open_board("detective", doubles=True, clock="virtual", set=BY_WHEELS, faults=[fault])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "at_s", "output"),
@@ -94,7 +101,7 @@ def test_a_tread_that_does_not_turn_as_told_for_good_ends_the_mission(
     kind: str, at_s: float, output: float
 ) -> None:
     for_good = Strike(kind, "treads", at_s=at_s, amount=output)
-    with open_board("detective", doubles=True, clock="virtual", faults=[for_good]) as robot:
+    with driven_by_wheels(for_good) as robot:
         outcome = robot.run(20.0)
         (reported,) = robot.statistics.faults["treads"].values()
     assert "wheel's turn is " in outcome.reason
@@ -184,8 +191,8 @@ def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
 def test_the_detective_finds_a_motor_that_does_not_do_as_it_is_told(
     kind: str, after_s: float, said: str
 ) -> None:
-    broken = [Strike(kind, "treads", at_s=20.0)]
-    with open_board("detective", doubles=True, clock="virtual", faults=broken) as robot:
+    broken = Strike(kind, "treads", at_s=20.0)
+    with driven_by_wheels(broken) as robot:
         robot.run(20.0)
         assert "treads" not in robot.statistics.faults
         robot.run(after_s)
