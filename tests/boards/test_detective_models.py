@@ -271,7 +271,8 @@ def test_nothing_is_said_of_what_does_not_turn(
 @pytest.mark.parametrize("from_start", [True, False])
 def test_a_course_is_watched_from_the_start_or_once_it_has_turned(*, from_start: bool) -> None:
     bench = AtomicBench(StraightCourse("course", from_start=from_start))
-    bench.put(10, right=CLOCKWISE, left=CLOCKWISE, applied=Applied.ALL)
+    bench.put(5, right=CLOCKWISE)  # over a link, the other one comes later
+    bench.put(10, left=CLOCKWISE, applied=Applied.ALL)
     said = turned(bench, 20, [358, 1, 4])
     assert said == ([(0.0, 0), (0.0, 3), (0.0, 6)] if from_start else [])
     bench.put(85, left=COUNTERCLOCKWISE)

@@ -134,6 +134,8 @@ def test_a_count_that_is_not_reset_shows_by_a_fault_that_comes_again_and_again(
     assert script.endswith(f".again({len(finding.faults)}, every_s=1.5)")
     assert f"    {script},\n]" in text_of_test(finding, "test_it")
     assert len(finding.lines) == 3
+    assert str(finding.said).startswith("treads: ")
+    assert f" s, {finding.said} reported after " in finding.lines[2]
 
 
 @pytest.mark.slow

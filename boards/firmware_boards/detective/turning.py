@@ -141,7 +141,7 @@ class StraightCourse(VehicleTurn):
     def take_commands(self) -> None:
         """The same, with whether it has turned."""
         super().take_commands()
-        self._is_set |= self.share() != 0.0
+        self._is_set |= self._right == -self._left != 0  # one may be told before the other
 
     @property
     def moves(self) -> bool:
@@ -238,16 +238,13 @@ class HeadTurn(CommandedTurn):
             self._stood_for = 0
 
 
-def turn_check(
-    name: str, quantity: str, stated: TurnCheckTable, within_deg: float | None = None
-) -> CrossCheck[Turn, Turn]:
+def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
     """A compass against the motors that turn it: either may do nothing, or the contrary."""
-    tolerance_deg = stated.tolerance_deg if within_deg is None else within_deg
     return CrossCheck(
         name,
         CrossCheckSettings(
             quantity=quantity,
-            windows=(Window(seconds(stated.window_s), tolerance_deg),),
+            windows=(Window(seconds(stated.window_s), stated.tolerance_deg),),
             share=stated.share,
             standstill=Standstill(stated.still_within_deg, stated.still_turn_deg),
             circle=CIRCLE_DEG,

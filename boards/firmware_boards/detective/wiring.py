@@ -10,6 +10,7 @@ from firmware_drivers.sonar import Sonar
 from firmware_drivers.tables.compass import CompassTable
 from firmware_drivers.tables.sonar import SonarTable
 from firmware_drivers.treads import Treads
+from msgspec import structs
 
 from firmware_boards.detective.detective import Detective
 from firmware_boards.detective.mission import Gate, Mission
@@ -141,8 +142,8 @@ class DetectiveRobot(Coupled):
     def _add_course_check(self, stated: TreadCheckTable, *, from_start: bool) -> None:
         """The same of a course that is to be straight."""
         course = self.add(StraightCourse("course", from_start=from_start))
-        check = turn_check("course_check", COURSE, stated, within_deg=stated.course_deg)
-        self._add_treads_check(course, check)
+        straight = structs.replace(stated, tolerance_deg=stated.course_deg)
+        self._add_treads_check(course, turn_check("course_check", COURSE, straight))
 
     def _add_treads_check(self, commanded: VehicleTurn, check: CrossCheck[Turn, Turn]) -> None:
         self.couple(self.right_gate.passed, commanded.right)

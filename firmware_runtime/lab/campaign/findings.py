@@ -94,13 +94,17 @@ class Finding(Struct, frozen=True, kw_only=True):
         chosen = " ".join(["on", *self.mission.words])
         row = f"row {self.row}" if self.faults else "no row"
         kept = f"kept as {self.test}" if self.test else row
-        after = ", after its mission" * (self.at_s > self.mission.for_s and not self.faults)
+        known = [f"known at {self.at_s:g} s"]
+        if self.at_s > self.mission.for_s and not self.faults:
+            known.append("after its mission")
         if self.said is not None:
-            after += f", {self.said} reported after {self.said_after_s:.3g} s"
+            known.append(f"{self.said} reported after {self.said_after_s:.3g} s")
+        if self.is_flaky:
+            known.append("another one each time")
         return [
             f"{self.oracle} of {self.model}: {self.what}{alike}",
             f"  {script} {chosen}{', to the end of its mission' * self.goes_on}",
-            f"  known at {self.at_s:g} s{after}{', another one each time' * self.is_flaky}; {kept}",
+            f"  {', '.join(known)}; {kept}",
         ]
 
     def as_json(self) -> dict[str, object]:
